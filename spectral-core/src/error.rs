@@ -1,0 +1,82 @@
+//! The one error type of this crate.
+
+/// What a caller of this crate can get wrong, told so that a person can put it right.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// A figure outside what is physically or practically possible.
+    #[error("{what}: {value} is not valid; {expected}")]
+    Value {
+        /// The quantity, as the caller knows it (`"fov"`, `"measured[2]"`).
+        what: String,
+        /// The value given.
+        value: String,
+        /// What would be valid.
+        expected: String,
+    },
+    /// A name that is in no catalogue.
+    #[error("unknown {kind} '{name}'{}", hint(.nearest, .valid))]
+    Unknown {
+        /// What was looked up (`"material"`, `"shape"`, `"illuminant"`).
+        kind: &'static str,
+        /// The name given.
+        name: String,
+        /// The nearest valid name, if one is near enough to be meant.
+        nearest: Option<String>,
+        /// Every valid name.
+        valid: Vec<String>,
+    },
+    /// Data in a file or text that does not parse.
+    #[error("{what}, line {line}: {message}")]
+    Data {
+        /// The file or table.
+        what: String,
+        /// 1-based line; 0 where the whole is meant.
+        line: usize,
+        /// What is wrong and what would be right.
+        message: String,
+    },
+}
+
+impl Error {
+    /// An [`Error::Value`] from anything printable.
+    pub fn value(what: impl Into<String>, value: impl ToString, expected: impl Into<String>) -> Self {
+        Error::Value { what: what.into(), value: value.to_string(), expected: expected.into() }
+    }
+
+    /// An [`Error::Unknown`] that names the nearest of the `valid` names.
+    pub fn unknown<S: AsRef<str>>(
+        kind: &'static str,
+        name: &str,
+        valid: impl IntoIterator<Item = S>,
+    ) -> Self {
+        let valid: Vec<String> = valid.into_iter().map(|s| s.as_ref().to_owned()).collect();
+        let nearest = nearest_name(name, valid.iter().map(String::as_str)).map(str::to_owned);
+        Error::Unknown { kind, name: name.to_owned(), nearest, valid }
+    }
+}
+
+/// The candidate that `name` is most likely a misspelling of, or `None` if none is near.
+///
+/// ```
+/// assert_eq!(spectral_core::nearest_name("saphire", ["ruby", "sapphire"]), Some("sapphire"));
+/// assert_eq!(spectral_core::nearest_name("granite", ["ruby", "sapphire"]), None);
+/// ```
+pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let allowed = (name.chars().count() / 3).max(1);
+    let lower = name.to_lowercase();
+    candidates
+        .into_iter()
+        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
+        .filter(|(distance, _)| *distance <= allowed)
+        .min_by_key(|(distance, _)| *distance)
+        .map(|(_, c)| c)
+}
+
+fn hint(nearest: &Option<String>, valid: &[String]) -> String {
+    match nearest {
+        Some(n) => format!("; did you mean '{n}'?"),
+        None if valid.is_empty() => String::new(),
+        None => format!("; valid: {}", valid.join(", ")),
+    }
+}
