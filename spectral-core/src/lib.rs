@@ -10,6 +10,7 @@ pub mod material;
 pub mod spectrum;
 pub mod stokes;
 pub mod upsample;
+mod warning;
 pub mod wavelength;
 
 #[cfg(feature = "render")]
@@ -34,3 +35,4 @@ pub mod shape;
 pub mod tracer;
 
 pub use error::{Error, nearest_name};
+pub use warning::Warning;
