@@ -7,6 +7,7 @@ pub mod dispersion;
 mod error;
 pub mod fresnel;
 pub mod material;
+mod real;
 pub mod spectrum;
 pub mod stokes;
 pub mod upsample;
@@ -35,4 +36,5 @@ pub mod shape;
 pub mod tracer;
 
 pub use error::{Error, nearest_name};
+pub use real::Real;
 pub use warning::Warning;
