@@ -1,0 +1,165 @@
+//! The sensor of a wavelength grid: how much each wavelength adds to X, Y and Z.
+
+use super::matrix::{Matrix, apply, inverse, product, scale_rows};
+use super::{RgbSpace, primary_weights};
+use crate::Error;
+use crate::cie::{Illuminant, color_matching};
+use crate::wavelength::WavelengthGrid;
+
+/// The eye on one wavelength grid: XYZ = Σ wᵢ·L(λᵢ), with D65 exactly white.
+///
+/// Summing x̄ȳz̄·L·Δ over a coarse grid misses the true integral by a little, differently for each channel, so
+/// that D65 would come out tinted: 1.4 % off at 20 nm. The cure is to build the RGB→XYZ matrix of the sRGB
+/// primaries P with the white that *this grid* sees, w_grid = Σ x̄ȳz̄·D65·Δ, in place of the standard white:
+///
+/// > M(w) = P·diag(P⁻¹w),  wᵢ = M(w_std)·M(w_grid)⁻¹·x̄ȳz̄(λᵢ)·Δᵢ,
+///
+/// that is, to scale each of the three primaries' channels by what the grid over- or under-sums. Then D65 as
+/// normalised by [`Illuminant::at`] is exactly w_std (Y = 1), and linear sRGB is M(w_grid)⁻¹·x̄ȳz̄·L·Δ, in
+/// which D65 is exactly (1, 1, 1).
+///
+/// The standard white is that of IEC 61966-2-1, x = 0.3127, y = 0.3290: the one that the published sRGB, P3
+/// and Rec. 2020 matrices hold, so they turn these XYZ into RGB without a residue.
+///
+/// ```
+/// use spectral_core::{cie::Illuminant, color::Response, wavelength::WavelengthGrid};
+/// let grid = WavelengthGrid::midpoints([380.0, 740.0], 16)?;
+/// let rgb = Response::new(&grid)?.to_linear_srgb(&Illuminant::D65.sample(&grid));
+/// assert!(rgb.iter().all(|c| (c - 1.0).abs() < 1e-14));
+/// # Ok::<(), spectral_core::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Response {
+    xyz: Vec<[f64; 3]>,
+    rows: [Vec<f64>; 3],
+    white_exact: bool,
+}
+
+impl Response {
+    /// The sensor of a grid.
+    ///
+    /// # Errors
+    /// [`Error::Value`] if the grid holds no wavelength that the eye sees (360–830 nm).
+    pub fn new(grid: &WavelengthGrid) -> Result<Self, Error> {
+        let cells: Vec<[f64; 3]> = grid
+            .nm()
+            .iter()
+            .zip(grid.widths())
+            .map(|(&nm, &width)| color_matching(nm).map(|bar| bar * width))
+            .collect();
+        let d65 = Illuminant::D65.sample(grid);
+        let white = weighted_sum(&cells, &d65);
+        if white[1] <= 0.0 {
+            let [min, max] = grid.range();
+            let expected = "include wavelengths that the eye sees (360 to 830 nm)";
+            return Err(Error::value("wavelengths", format!("{min} to {max} nm"), expected));
+        }
+        let standard = RgbSpace::Srgb.to_xyz();
+        let from_xyz = RgbSpace::Srgb.from_xyz();
+        let (to_rgb, white_exact) = match grid_matrix(white) {
+            Some(matrix) => (matrix, true),
+            None => (from_xyz.map(|row| row.map(|x| x / white[1])), false),
+        };
+        let rgb: Vec<[f64; 3]> = cells.iter().map(|&cell| apply(&to_rgb, cell)).collect();
+        let xyz = rgb.iter().map(|&c| apply(&standard, c)).collect();
+        let rows = std::array::from_fn(|channel| rgb.iter().map(|c| c[channel]).collect());
+        Ok(Response { xyz, rows, white_exact })
+    }
+
+    /// The weights wᵢ: what one unit of radiance at each wavelength adds to [X, Y, Z], cell width included.
+    pub fn xyz(&self) -> &[[f64; 3]] {
+        &self.xyz
+    }
+
+    /// The three rows of the linear-sRGB response, cell width included: `rows()[channel][wavelength]`.
+    ///
+    /// They have negative lobes, as most spectral lights lie outside the sRGB triangle.
+    pub fn rows(&self) -> [&[f64]; 3] {
+        self.rows.each_ref().map(Vec::as_slice)
+    }
+
+    /// Whether D65 is exactly the standard white on this grid.
+    ///
+    /// False where three channels cannot be balanced by positive factors, as on a grid of one or two
+    /// wavelengths. Then only the luminance of D65 is exact (Y = 1) and its tint is what the grid sees.
+    pub fn white_exact(&self) -> bool {
+        self.white_exact
+    }
+
+    /// [X, Y, Z] of a spectrum sampled on the grid; D65 has Y = 1. Samples beyond the grid are ignored.
+    pub fn to_xyz(&self, spectrum: &[f64]) -> [f64; 3] {
+        weighted_sum(&self.xyz, spectrum)
+    }
+
+    /// Linear sRGB of a spectrum sampled on the grid; D65 is (1, 1, 1).
+    pub fn to_linear_srgb(&self, spectrum: &[f64]) -> [f64; 3] {
+        self.rows.each_ref().map(|row| row.iter().zip(spectrum).map(|(r, s)| r * s).sum())
+    }
+}
+
+/// Σ weightᵢ·valueᵢ.
+fn weighted_sum(weights: &[[f64; 3]], values: &[f64]) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (weight, value) in weights.iter().zip(values) {
+        sum.iter_mut().zip(weight).for_each(|(s, w)| *s += w * value);
+    }
+    sum
+}
+
+/// XYZ→RGB of the sRGB primaries under the white a grid sees, or `None` where a primary would have to be
+/// negative or absent to make that white.
+fn grid_matrix(white: [f64; 3]) -> Option<Matrix> {
+    let weights = primary_weights(RgbSpace::Srgb.primaries(), white)?;
+    if !weights.iter().all(|w| *w > 0.0 && w.is_normal()) {
+        return None;
+    }
+    let standard = primary_weights(RgbSpace::Srgb.primaries(), RgbSpace::Srgb.white_xyz())?;
+    // M(w_grid)⁻¹ = diag(weights)⁻¹·P⁻¹ = diag(standard/weights)·M(w_std)⁻¹.
+    let gains = std::array::from_fn(|c| standard[c] / weights[c]);
+    let matrix = scale_rows(gains, &RgbSpace::Srgb.from_xyz());
+    inverse(&product(&matrix, &RgbSpace::Srgb.to_xyz())).map(|_| matrix)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn d65_is_the_standard_white_on_any_grid_of_three_or_more() {
+        for count in 3..=100 {
+            let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap();
+            let response = Response::new(&grid).unwrap();
+            assert!(response.white_exact(), "{count}");
+            let xyz = response.to_xyz(&Illuminant::D65.sample(&grid));
+            let white = RgbSpace::Srgb.white_xyz();
+            assert!((0..3).all(|c| (xyz[c] - white[c]).abs() < 1e-13), "{count}: {xyz:?}");
+        }
+    }
+
+    #[test]
+    fn a_grid_that_cannot_balance_three_channels_keeps_the_luminance() {
+        for list in [vec![550.0], vec![450.0, 600.0], vec![380.0]] {
+            let grid = WavelengthGrid::list(list).unwrap();
+            let response = Response::new(&grid).unwrap();
+            assert!(!response.white_exact());
+            assert!((response.to_xyz(&Illuminant::D65.sample(&grid))[1] - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn an_invisible_grid_is_refused() {
+        let grid = WavelengthGrid::midpoints([900.0, 1000.0], 8).unwrap();
+        let message = Response::new(&grid).unwrap_err().to_string();
+        assert!(message.contains("wavelengths: 900 to 1000 nm"), "{message}");
+    }
+
+    #[test]
+    fn xyz_and_rgb_agree() {
+        let grid = WavelengthGrid::midpoints([390.0, 720.0], 9).unwrap();
+        let response = Response::new(&grid).unwrap();
+        let light = Illuminant::A.sample(&grid);
+        let back = apply(&RgbSpace::Srgb.from_xyz(), response.to_xyz(&light));
+        let rgb = response.to_linear_srgb(&light);
+        assert!((0..3).all(|c| (back[c] - rgb[c]).abs() < 1e-13), "{back:?} {rgb:?}");
+    }
+}
