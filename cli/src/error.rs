@@ -1,0 +1,106 @@
+//! The one error type of the program, and the exit codes that scripts see.
+
+use std::path::PathBuf;
+
+/// Why a command did not do what it was asked to.
+#[non_exhaustive]
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    /// An input file that is missing, unreadable, truncated, or not what its name says.
+    #[error("{}: {message}", path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it and what would be right.
+        message: String,
+    },
+    /// A scene file that does not say what a scene file can say.
+    #[error("{}, line {line}: {message}", path.display())]
+    Scene {
+        /// The scene file.
+        path: PathBuf,
+        /// 1-based line.
+        line: usize,
+        /// What is wrong there and what would be right.
+        message: String,
+    },
+    /// A figure or a name that the core refuses, where no file is to blame (the command line's own).
+    #[error(transparent)]
+    Core(#[from] spectral_core::Error),
+    /// A device that cannot be opened or that failed while rendering.
+    #[error("{device}: {message}")]
+    Render {
+        /// The backend or the device.
+        device: String,
+        /// What failed.
+        message: String,
+    },
+    /// A file that cannot be written.
+    #[error("{}: {message}", path.display())]
+    Output {
+        /// The file.
+        path: PathBuf,
+        /// Why, and what can be done.
+        message: String,
+    },
+    /// A command line that does not make sense.
+    #[error("{0}")]
+    Usage(String),
+    /// Ctrl-C; what was finished has been written.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+impl Error {
+    /// An [`Error::File`].
+    pub fn file(path: impl Into<PathBuf>, message: impl ToString) -> Self {
+        Error::File { path: path.into(), message: message.to_string() }
+    }
+
+    /// An [`Error::Output`].
+    pub fn output(path: impl Into<PathBuf>, message: impl ToString) -> Self {
+        Error::Output { path: path.into(), message: message.to_string() }
+    }
+
+    /// What the process returns to the shell: 0 is success, 1 a render or device that failed, 2 a command
+    /// line that does not make sense, 3 bad input, 4 output that cannot be written, 130 an interruption.
+    ///
+    /// ```
+    /// assert_eq!(gemtrace::Error::Usage("which scene?".into()).exit_code(), 2);
+    /// ```
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Render { .. } => 1,
+            Error::Usage(_) => 2,
+            Error::File { .. } | Error::Scene { .. } | Error::Core(_) => 3,
+            Error::Output { .. } => 4,
+            Error::Interrupted => 130,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn messages_name_the_file_and_the_line() {
+        let error = Error::Scene { path: "a/b.toml".into(), line: 12, message: "unknown key".into() };
+        assert_eq!(error.to_string(), "a/b.toml, line 12: unknown key");
+        assert_eq!(Error::file("x.obj", "no such file").to_string(), "x.obj: no such file");
+    }
+
+    #[test]
+    fn every_failure_has_its_exit_code() {
+        let core = spectral_core::Error::value("fov", 0, "more");
+        let codes = [
+            Error::Render { device: "cpu".into(), message: String::new() },
+            Error::Usage(String::new()),
+            Error::Core(core),
+            Error::output("x.png", ""),
+            Error::Interrupted,
+        ]
+        .map(|e| e.exit_code());
+        assert_eq!(codes, [1, 2, 3, 4, 130]);
+    }
+}

@@ -1,0 +1,1 @@
+//! Reads cuts, meshes and environments from files.
