@@ -36,6 +36,14 @@ pub enum Error {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// A surface or a set of planes that bounds no solid.
+    #[error("{message}")]
+    Solid {
+        /// What is wrong, where, and what would be right.
+        message: String,
+        /// A point at the fault, in the units of the input; `None` where the whole is at fault.
+        place: Option<[f64; 3]>,
+    },
 }
 
 impl Error {
