@@ -1,0 +1,120 @@
+//! Colours that come in other spaces than sRGB.
+
+use crate::Warning;
+use crate::color::RgbSpace;
+use crate::color::matrix::{Matrix, apply};
+
+/// The share of max(r, g, b) by which a component may be negative from rounding alone.
+const ROUNDING: f64 = 1e-6;
+
+/// Brings colours of any linear RGB space into sRGB's gamut, and keeps count.
+///
+/// The bases reproduce every colour that sRGB can write without negative components. Other spaces hold more:
+/// 1 % of Rec. 2020's cube and 6 % of ACEScg's are no light's colour at all. A colour outside is
+/// converted to linear sRGB and its negative components set to zero: it keeps its hue roughly and loses
+/// saturation. How many did, and how far, stands in [`warning`](Self::warning).
+///
+/// ```
+/// use spectral_core::{color::RgbSpace, upsample::Gamut};
+/// let mut gamut = Gamut::new(RgbSpace::Rec2020);
+/// let [r, g, b] = gamut.convert([0.0, 1.0, 0.0]); // a green beyond sRGB
+/// assert_eq!([r, b], [0.0, 0.0]);
+/// assert!((g - 1.1329).abs() < 1e-4 && gamut.clipped() == 1);
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gamut {
+    matrix: Matrix,
+    seen: u64,
+    clipped: u64,
+    farthest: f64,
+}
+
+impl Gamut {
+    /// A converter from `space`, with nothing counted yet.
+    pub fn new(space: RgbSpace) -> Self {
+        Gamut { matrix: space.to_linear_srgb(), seen: 0, clipped: 0, farthest: 0.0 }
+    }
+
+    /// A colour as non-negative linear sRGB. One that is not finite becomes black.
+    pub fn convert(&mut self, rgb: [f64; 3]) -> [f64; 3] {
+        self.seen += 1;
+        let srgb = apply(&self.matrix, rgb);
+        if !srgb.iter().all(|c| c.is_finite()) {
+            return [0.0; 3];
+        }
+        let brightest = srgb.into_iter().fold(0.0, f64::max);
+        let below = -srgb.into_iter().fold(0.0, f64::min);
+        if below > ROUNDING * brightest {
+            self.clipped += 1;
+            let share = if brightest > 0.0 { below / brightest } else { 1.0 };
+            self.farthest = self.farthest.max(share);
+        }
+        srgb.map(|c| c.max(0.0))
+    }
+
+    /// Adds the counts of another converter, as of another thread's part of an image.
+    pub fn merge(&mut self, other: &Gamut) {
+        self.seen += other.seen;
+        self.clipped += other.clipped;
+        self.farthest = self.farthest.max(other.farthest);
+    }
+
+    /// The colours converted.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+
+    /// The colours that had a negative component beyond rounding (10⁻⁶ of the brightest).
+    pub fn clipped(&self) -> u64 {
+        self.clipped
+    }
+
+    /// The largest negative component set to zero, as a share of its colour's brightest component.
+    pub fn farthest(&self) -> f64 {
+        self.farthest
+    }
+
+    /// What was clipped, in a sentence; `None` if nothing was.
+    pub fn warning(&self) -> Option<Warning> {
+        (self.clipped > 0).then(|| {
+            let share = 100.0 * self.clipped as f64 / self.seen as f64;
+            Warning::new(format!(
+                "{} of {} colours ({share:.2} %) lie outside sRGB; their negative components, up to {:.2} % \
+                 of the brightest, were set to zero",
+                self.clipped,
+                self.seen,
+                100.0 * self.farthest
+            ))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_inside_pass_and_rounding_is_not_counted() {
+        let mut gamut = Gamut::new(RgbSpace::AcesCg);
+        for color in [[1.0; 3], [0.0; 3], [0.5, 0.4, 0.3]] {
+            let rgb = gamut.convert(color);
+            let back = apply(&RgbSpace::AcesCg.from_linear_srgb(), rgb);
+            assert!((0..3).all(|c| (back[c] - color[c]).abs() < 1e-12));
+        }
+        assert_eq!((gamut.seen(), gamut.clipped(), gamut.warning()), (3, 0, None));
+    }
+
+    #[test]
+    fn colours_outside_are_clipped_counted_and_told() {
+        let mut gamut = Gamut::new(RgbSpace::Srgb);
+        assert_eq!(gamut.convert([1.0, -0.25, 0.0]), [1.0, 0.0, 0.0]);
+        let mut other = Gamut::new(RgbSpace::Srgb);
+        other.convert([-1.0, 0.0, 0.0]);
+        other.convert([1.0, 1.0, 1.0]);
+        assert_eq!(other.convert([f64::NAN, 1.0, 1.0]), [0.0; 3]);
+        gamut.merge(&other);
+        assert_eq!((gamut.seen(), gamut.clipped(), gamut.farthest()), (4, 2, 1.0));
+        let message = gamut.warning().unwrap().message;
+        assert!(message.starts_with("2 of 4 colours (50.00 %) lie outside sRGB"), "{message}");
+    }
+}
