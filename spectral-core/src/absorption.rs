@@ -1,1 +1,138 @@
-//! (to be written)
+//! Colour by absorption: how much light a millimetre of stone takes.
+//!
+//! Coefficients are Napierian and per millimetre: after a length ℓ the share exp(−αℓ) of the light is left
+//! (Lambert and Beer). Literature often has decadic absorbance or cm⁻¹: α = ln 10 · A/ℓ, and 1 cm⁻¹ = 0.1 mm⁻¹.
+//!
+//! ```
+//! use spectral_core::absorption::{Absorption, Term};
+//! let pink = Absorption::new(vec![
+//!     Term::Gaussian { centre: 553.0, sigma: 38.0, peak: 0.9 },
+//!     Term::Constant(0.015),
+//! ])?;
+//! assert!((pink.coefficient(553.0) - 0.915).abs() < 1e-15);
+//! assert!((pink.transmittance(553.0, 2.0) - (-1.83_f64).exp()).abs() < 1e-15);
+//! # Ok::<(), spectral_core::Error>(())
+//! ```
+
+use crate::Error;
+use crate::spectrum::Tabulated;
+
+/// One part of an absorption spectrum; parts add up. Peaks and constants are in 1/mm, none negative.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Term {
+    /// The same at every wavelength, 1/mm.
+    Constant(f64),
+    /// A Gaussian in wavelength: peak · exp(−((λ − centre)/sigma)²/2).
+    Gaussian {
+        /// Wavelength of the maximum, nm.
+        centre: f64,
+        /// Standard deviation, nm.
+        sigma: f64,
+        /// Coefficient at the maximum, 1/mm.
+        peak: f64,
+    },
+    /// A Gaussian in wavenumber ν = 10⁷/λ, as spectroscopists fit broad bands:
+    /// peak · exp(−4 ln 2 ((ν − ν₀)/fwhm)²).
+    GaussianWavenumber {
+        /// Wavelength of the maximum, nm; ν₀ = 10⁷/centre.
+        centre: f64,
+        /// Full width at half maximum, cm⁻¹.
+        fwhm_cm1: f64,
+        /// Coefficient at the maximum, 1/mm.
+        peak: f64,
+    },
+    /// A measured curve, 1/mm.
+    Table(Tabulated),
+}
+
+impl Term {
+    /// The coefficient in 1/mm at a wavelength in nm.
+    pub fn coefficient(&self, nm: f64) -> f64 {
+        match self {
+            Term::Constant(value) => *value,
+            Term::Gaussian { centre, sigma, peak } => peak * (-0.5 * ((nm - centre) / sigma).powi(2)).exp(),
+            Term::GaussianWavenumber { centre, fwhm_cm1, peak } => {
+                let offset = (1e7 / nm - 1e7 / centre) / fwhm_cm1;
+                peak * (-4.0 * std::f64::consts::LN_2 * offset * offset).exp()
+            }
+            Term::Table(table) => table.at(nm),
+        }
+    }
+
+    fn check(&self, what: &str) -> Result<(), Error> {
+        let amount = |name: &str, value: f64| {
+            if value.is_finite() && value >= 0.0 {
+                return Ok(());
+            }
+            Err(Error::value(format!("{what}.{name}"), value, "give a finite number of at least 0, in 1/mm"))
+        };
+        let width = |name: &str, value: f64, unit: &str| {
+            if value.is_finite() && value > 0.0 {
+                return Ok(());
+            }
+            Err(Error::value(format!("{what}.{name}"), value, format!("give a number above 0, in {unit}")))
+        };
+        match self {
+            Term::Constant(value) => amount("constant", *value),
+            Term::Gaussian { centre, sigma, peak } => {
+                width("centre", *centre, "nm")?;
+                width("sigma", *sigma, "nm")?;
+                amount("peak", *peak)
+            }
+            Term::GaussianWavenumber { centre, fwhm_cm1, peak } => {
+                width("centre", *centre, "nm")?;
+                width("fwhm_cm1", *fwhm_cm1, "cm⁻¹")?;
+                amount("peak", *peak)
+            }
+            Term::Table(table) => {
+                let negative = table.nm().iter().zip(table.values()).find(|(_, value)| **value < 0.0);
+                negative.map_or(Ok(()), |(nm, value)| {
+                    Err(Error::value(
+                        format!("{what} at {nm} nm"),
+                        value,
+                        "a stone cannot add light: absorption is at least 0 everywhere (1/mm)",
+                    ))
+                })
+            }
+        }
+    }
+}
+
+/// An absorption spectrum: a sum of [`Term`]s. The default is a colourless stone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Absorption {
+    terms: Vec<Term>,
+}
+
+impl Absorption {
+    /// The sum of `terms`; none at all is a colourless stone.
+    ///
+    /// # Errors
+    /// [`Error::Value`] naming the first term that is negative, not finite or has no width.
+    pub fn new(terms: Vec<Term>) -> Result<Self, Error> {
+        for (i, term) in terms.iter().enumerate() {
+            term.check(&format!("absorption[{i}]"))?;
+        }
+        Ok(Absorption { terms })
+    }
+
+    /// The parts.
+    pub fn terms(&self) -> &[Term] {
+        &self.terms
+    }
+
+    /// Whether nothing is absorbed at any wavelength because there are no terms.
+    pub fn is_none(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The Napierian coefficient α in 1/mm at a wavelength in nm.
+    pub fn coefficient(&self, nm: f64) -> f64 {
+        self.terms.iter().map(|term| term.coefficient(nm)).sum()
+    }
+
+    /// The share of light left after `length_mm`: exp(−αℓ).
+    pub fn transmittance(&self, nm: f64, length_mm: f64) -> f64 {
+        (-self.coefficient(nm) * length_mm).exp()
+    }
+}

@@ -1,1 +1,171 @@
-//! (to be written)
+//! What stones and settings are made of: dispersion and absorption, or a metal's complex index.
+//!
+//! [`Catalogue::builtin`] holds the materials that come with the crate, each from a data file that names the
+//! source of every figure. [`MaterialSpec`] is the same description as a scene's own `[material.NAME]` table
+//! gives it; its [`build`](MaterialSpec::build) checks the figures and fits what needs fitting.
+//!
+//! A doubly refracting stone is rendered with one index, its ordinary ray's (for biaxial stones the β ray's);
+//! [`Material::ray`] says which.
+//!
+//! ```
+//! use spectral_core::material::{Catalogue, MaterialSpec};
+//! let diamond = Catalogue::builtin().get("diamond")?;
+//! assert!((diamond.index(589.29) - 2.41726).abs() < 1e-5);
+//!
+//! let spec: MaterialSpec = toml::from_str(
+//!     "cauchy = [1.5046, 0.0042]\nabsorption = [{ centre = 553.0, sigma = 38.0, peak = 0.9 }]",
+//! ).unwrap();
+//! let (glass, _) = spec.build("pink-glass", |file| panic!("no file was named, yet {file} is wanted"))?;
+//! assert!((glass.index(589.29) - (1.5046 + 0.0042 / 0.58929_f64.powi(2))).abs() < 1e-12);
+//! # Ok::<(), spectral_core::Error>(())
+//! ```
+
+mod catalogue;
+mod spec;
+
+use std::ops::RangeInclusive;
+
+pub use catalogue::Catalogue;
+pub use spec::{AbsorptionSpec, BandSpec, ConductorSpec, MaterialSpec, PoleSpec, SellmeierSpec};
+
+use crate::absorption::Absorption;
+use crate::dispersion::Dispersion;
+use crate::spectrum::Tabulated;
+use crate::{Error, Warning};
+
+/// What light does in a substance.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// Transparent, perhaps coloured.
+    Dielectric {
+        /// The refractive index.
+        dispersion: Dispersion,
+        /// The colour.
+        absorption: Absorption,
+    },
+    /// Opaque, with the index n + ik (fields as exp(−iωt), so k > 0 absorbs).
+    Conductor {
+        /// n over nm.
+        n: Tabulated,
+        /// k over nm.
+        k: Tabulated,
+    },
+}
+
+/// Where a figure comes from.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Source {
+    /// Which figure: `"dispersion"`, `"absorption"`, `"density"`.
+    pub figure: String,
+    /// The publication, and the collection it was read in.
+    pub source: String,
+    /// The licence under which the figure was published.
+    pub licence: String,
+    /// The wavelengths in nm that the source covers, if it says so; elsewhere the figure is extrapolated.
+    #[serde(default)]
+    pub range: Option<[f64; 2]>,
+    /// Whether the figure is a rough guide rather than a measurement.
+    #[serde(default)]
+    pub approximate: bool,
+}
+
+/// A substance, ready to be rendered.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Material {
+    /// The name it is called by in scenes.
+    pub name: String,
+    /// Its optics.
+    pub kind: Kind,
+    /// Density in g/cm³, for weights.
+    pub density: Option<f64>,
+    /// Which ray the index belongs to: `"isotropic"`, `"ordinary"`, `"beta"`; empty for a scene's own.
+    pub ray: String,
+    /// What one should know before relying on it.
+    pub notes: Vec<String>,
+    /// Where each figure comes from; empty for a scene's own.
+    pub sources: Vec<Source>,
+}
+
+impl Material {
+    /// The refractive index at a wavelength in nm; of a metal the real part.
+    pub fn index(&self, nm: f64) -> f64 {
+        match &self.kind {
+            Kind::Dielectric { dispersion, .. } => dispersion.index(nm),
+            Kind::Conductor { n, .. } => n.at(nm),
+        }
+    }
+
+    /// The imaginary part k of a metal's index at a wavelength in nm; 0 for a transparent material, whose
+    /// absorption is far too weak to change its reflectance.
+    pub fn extinction(&self, nm: f64) -> f64 {
+        match &self.kind {
+            Kind::Dielectric { .. } => 0.0,
+            Kind::Conductor { k, .. } => k.at(nm),
+        }
+    }
+
+    /// The Napierian absorption coefficient in 1/mm at a wavelength in nm: 4πk/λ for a metal.
+    pub fn absorption(&self, nm: f64) -> f64 {
+        match &self.kind {
+            Kind::Dielectric { absorption, .. } => absorption.coefficient(nm),
+            Kind::Conductor { k, .. } => 4.0 * std::f64::consts::PI * k.at(nm) / (nm * 1e-6),
+        }
+    }
+
+    /// Whether it is opaque, with a complex index.
+    pub fn is_conductor(&self) -> bool {
+        matches!(self.kind, Kind::Conductor { .. })
+    }
+
+    /// Whether some figure is a rough guide rather than a measurement.
+    pub fn is_approximate(&self) -> bool {
+        self.sources.iter().any(|source| source.approximate)
+    }
+
+    /// Checks the material over the wavelengths (nm) it is to be rendered at: see [`Dispersion::check`].
+    ///
+    /// Returns warnings, too, where a range goes beyond what the sources cover.
+    ///
+    /// # Errors
+    /// Those of [`Dispersion::check`], with the material's name in front.
+    pub fn check(&self, range: &RangeInclusive<f64>) -> Result<Vec<Warning>, Error> {
+        let mut warnings = match &self.kind {
+            Kind::Dielectric { dispersion, .. } => {
+                dispersion.check(range).map_err(|error| within(&self.name, error))?
+            }
+            Kind::Conductor { .. } => Vec::new(),
+        };
+        for source in &self.sources {
+            if let Some([start, end]) = source.range
+                && (*range.start() < start || *range.end() > end)
+            {
+                warnings.push(Warning::new(format!(
+                    "The {} is known from {start} to {end} nm; {}–{} nm is rendered, so some is extrapolated.",
+                    source.figure,
+                    range.start(),
+                    range.end()
+                )));
+            }
+        }
+        Ok(warnings.into_iter().map(|w| named(&self.name, &w)).collect())
+    }
+}
+
+/// The error with the material it is about in front.
+fn within(name: &str, error: Error) -> Error {
+    match error {
+        Error::Value { what, value, expected } => {
+            Error::Value { what: format!("material '{name}': {what}"), value, expected }
+        }
+        Error::Data { what, line, message } => {
+            Error::Data { what: format!("material '{name}': {what}"), line, message }
+        }
+        other => other,
+    }
+}
+
+/// The warning with the material it is about in front.
+fn named(name: &str, warning: &Warning) -> Warning {
+    Warning::new(format!("material '{name}': {warning}"))
+}

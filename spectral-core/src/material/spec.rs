@@ -1,0 +1,358 @@
+//! A material as a file describes it, before its figures are checked.
+
+use serde::Deserialize;
+use serde::de::{self, Deserializer, SeqAccess, Visitor};
+
+use super::{Catalogue, Kind, Material, named, within};
+use crate::absorption::{Absorption, Term};
+use crate::dispersion::Dispersion;
+use crate::spectrum::{Ends, Tabulated};
+use crate::{Error, Warning};
+
+/// A `[material.NAME]` table. Unknown keys are errors.
+///
+/// The index comes from exactly one of `index`, `cauchy`, `measured`, `sellmeier`, `pole`, `index_table`,
+/// `conductor` and `like`; with `like`, another of them may stand beside it and replaces that part.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialSpec {
+    /// A material of the catalogue to start from.
+    pub like: Option<String>,
+    /// A constant index.
+    pub index: Option<f64>,
+    /// n = A + B/λ² + C/λ⁴ + …, λ in µm.
+    pub cauchy: Option<Vec<f64>>,
+    /// Three or more [nm, n], to which Cauchy's series is fitted.
+    pub measured: Option<Vec<[f64; 2]>>,
+    /// Sellmeier's equation, λ in µm.
+    pub sellmeier: Option<SellmeierSpec>,
+    /// n² = A + B·N/(λ² − C) + Dλ², λ in µm.
+    pub pole: Option<PoleSpec>,
+    /// [nm, n] rows joined by straight lines.
+    pub index_table: Option<Vec<[f64; 2]>>,
+    /// A metal.
+    pub conductor: Option<ConductorSpec>,
+    /// The colour.
+    pub absorption: Option<AbsorptionSpec>,
+    /// Density in g/cm³.
+    pub density: Option<f64>,
+}
+
+/// `sellmeier = { b = […], c = […] }`: n² = 1 + a0 + Σ bᵢλ²/(λ² − cᵢ), λ in µm, cᵢ in µm².
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SellmeierSpec {
+    /// A₀.
+    #[serde(default)]
+    pub a0: f64,
+    /// bᵢ.
+    pub b: Vec<f64>,
+    /// cᵢ in µm², as many as `b`.
+    pub c: Vec<f64>,
+}
+
+/// `pole = { a, b, c, d, squared_numerator }`: see [`Dispersion::Pole`].
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PoleSpec {
+    /// A.
+    pub a: f64,
+    /// B.
+    pub b: f64,
+    /// C, µm².
+    pub c: f64,
+    /// D, µm⁻².
+    #[serde(default)]
+    pub d: f64,
+    /// Whether the numerator is λ² rather than 1.
+    #[serde(default)]
+    pub squared_numerator: bool,
+}
+
+/// `conductor = { table = [[nm, n, k], …] }`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConductorSpec {
+    /// [nm, n, k] rows in ascending order, joined by straight lines; one row is a constant.
+    pub table: Vec<[f64; 3]>,
+}
+
+/// One part of an absorption: `{ constant }`, `{ centre, sigma, peak }` or `{ centre, fwhm_cm1, peak }`.
+///
+/// Wavelengths in nm, coefficients Napierian in 1/mm; see [`Term`].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BandSpec {
+    /// The same at every wavelength.
+    pub constant: Option<f64>,
+    /// Wavelength of the maximum.
+    pub centre: Option<f64>,
+    /// Standard deviation in nm.
+    pub sigma: Option<f64>,
+    /// Full width at half maximum in cm⁻¹.
+    pub fwhm_cm1: Option<f64>,
+    /// Coefficient at the maximum.
+    pub peak: Option<f64>,
+}
+
+/// `absorption = [bands]` or `absorption = "table.csv"`.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AbsorptionSpec {
+    /// Parts that add up.
+    Bands(Vec<BandSpec>),
+    /// A table (nm, 1/mm) that the caller reads: this crate opens no files.
+    File(String),
+}
+
+impl<'de> Deserialize<'de> for AbsorptionSpec {
+    /// By hand, because serde's untagged enums lose the place and the reason of an error inside a band.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = AbsorptionSpec;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(
+                    "a list of bands such as [{ centre = 553.0, sigma = 38.0, peak = 0.9 }, { constant = 0.015 }] \
+                     or the name of a table file (nm, 1/mm)",
+                )
+            }
+
+            fn visit_str<E: de::Error>(self, file: &str) -> Result<Self::Value, E> {
+                Ok(AbsorptionSpec::File(file.to_owned()))
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut seq: A) -> Result<Self::Value, A::Error> {
+                let mut bands = Vec::new();
+                while let Some(band) = seq.next_element()? {
+                    bands.push(band);
+                }
+                Ok(AbsorptionSpec::Bands(bands))
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl MaterialSpec {
+    /// Checks the description and makes the material, with warnings about figures that were accepted.
+    ///
+    /// `name` is what the material is called. `resolve` gives the table of an `absorption = "FILE"` (nm, 1/mm),
+    /// usually by reading the file and [`Tabulated::from_csv`]. Whether the index makes sense on the
+    /// wavelengths to be rendered, [`Material::check`] tells.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for impossible figures and for a description with no index or more than one,
+    /// [`Error::Unknown`] if `like` names nothing in the catalogue, and whatever `resolve` reports.
+    pub fn build(
+        &self,
+        name: &str,
+        resolve: impl Fn(&str) -> Result<Tabulated, Error>,
+    ) -> Result<(Material, Vec<Warning>), Error> {
+        self.assemble(name, resolve).map_err(|error| within(name, error)).map(|(material, warnings)| {
+            let warnings = warnings.iter().map(|w| named(name, w)).collect();
+            (material, warnings)
+        })
+    }
+
+    fn assemble(
+        &self,
+        name: &str,
+        resolve: impl Fn(&str) -> Result<Tabulated, Error>,
+    ) -> Result<(Material, Vec<Warning>), Error> {
+        self.check_models()?;
+        let base = match &self.like {
+            Some(like) => Some(Catalogue::builtin().get(like)?),
+            None => None,
+        };
+        let absorption = match &self.absorption {
+            Some(AbsorptionSpec::Bands(bands)) => Some(Absorption::new(terms(bands)?)?),
+            Some(AbsorptionSpec::File(file)) => Some(Absorption::new(vec![Term::Table(resolve(file)?)])?),
+            None => None,
+        };
+        let (kind, warnings) = self.kind(base, absorption)?;
+        if let Some(density) = self.density.filter(|d| !(d.is_finite() && *d > 0.0)) {
+            return Err(Error::value("density", density, "give a number above 0, in g/cm³"));
+        }
+        // The catalogue's sources cover only what was taken over from it.
+        let taken_over = |figure: &str| match figure {
+            "dispersion" => self.models().is_empty(),
+            "absorption" => self.absorption.is_none(),
+            "density" => self.density.is_none(),
+            _ => true,
+        };
+        let sources = base.map_or(Vec::new(), |b| {
+            b.sources.iter().filter(|source| taken_over(&source.figure)).cloned().collect()
+        });
+        let material = Material {
+            name: name.to_owned(),
+            kind,
+            density: self.density.or(base.and_then(|b| b.density)),
+            ray: base.map_or(String::new(), |b| b.ray.clone()),
+            notes: base.map_or(Vec::new(), |b| b.notes.clone()),
+            sources,
+        };
+        Ok((material, warnings))
+    }
+
+    /// The keys given that say what the index is, but for `like`.
+    fn models(&self) -> Vec<&'static str> {
+        let given = [
+            ("index", self.index.is_some()),
+            ("cauchy", self.cauchy.is_some()),
+            ("measured", self.measured.is_some()),
+            ("sellmeier", self.sellmeier.is_some()),
+            ("pole", self.pole.is_some()),
+            ("index_table", self.index_table.is_some()),
+            ("conductor", self.conductor.is_some()),
+        ];
+        given.into_iter().filter(|(_, present)| *present).map(|(key, _)| key).collect()
+    }
+
+    fn check_models(&self) -> Result<(), Error> {
+        let models = self.models();
+        if models.len() > 1 {
+            return Err(Error::value("index", models.join(" and "), "give one of them only"));
+        }
+        if models.is_empty() && self.like.is_none() {
+            return Err(Error::value(
+                "index",
+                "nothing",
+                "give one of index, cauchy, measured, sellmeier, pole, index_table, conductor, or like",
+            ));
+        }
+        if self.conductor.is_some() && self.absorption.is_some() {
+            return Err(Error::value(
+                "absorption",
+                "given",
+                "a conductor's k is its absorption; leave this out",
+            ));
+        }
+        Ok(())
+    }
+
+    fn kind(
+        &self,
+        base: Option<&Material>,
+        absorption: Option<Absorption>,
+    ) -> Result<(Kind, Vec<Warning>), Error> {
+        if let Some(conductor) = &self.conductor {
+            return Ok((conductor.build()?, Vec::new()));
+        }
+        let (dispersion, warnings) = match self.dispersion()? {
+            Some((dispersion, warnings)) => (Some(dispersion), warnings),
+            None => (None, Vec::new()),
+        };
+        let kind = match (dispersion, base.map(|b| &b.kind)) {
+            (Some(dispersion), Some(Kind::Dielectric { absorption: own, .. })) => {
+                Kind::Dielectric { dispersion, absorption: absorption.unwrap_or_else(|| own.clone()) }
+            }
+            (Some(dispersion), _) => {
+                Kind::Dielectric { dispersion, absorption: absorption.unwrap_or_default() }
+            }
+            (None, Some(Kind::Dielectric { dispersion, absorption: own })) => Kind::Dielectric {
+                dispersion: dispersion.clone(),
+                absorption: absorption.unwrap_or_else(|| own.clone()),
+            },
+            (None, Some(Kind::Conductor { .. })) if absorption.is_some() => {
+                let expected =
+                    "the material it is like is a metal, whose k is its absorption; leave this out";
+                return Err(Error::value("absorption", "given", expected));
+            }
+            (None, Some(conductor)) => conductor.clone(),
+            (None, None) => return Err(Error::value("index", "nothing", "say what the index is")),
+        };
+        Ok((kind, warnings))
+    }
+
+    /// The dispersion that is given, if any; its coefficients are checked at one wavelength's worth only.
+    fn dispersion(&self) -> Result<Option<(Dispersion, Vec<Warning>)>, Error> {
+        if let Some(measured) = &self.measured {
+            return Dispersion::fit(measured).map(Some);
+        }
+        let dispersion = if let Some(n) = self.index {
+            Dispersion::Constant(n)
+        } else if let Some(coefficients) = &self.cauchy {
+            Dispersion::Cauchy(coefficients.clone())
+        } else if let Some(sellmeier) = &self.sellmeier {
+            sellmeier.build()?
+        } else if let Some(PoleSpec { a, b, c, d, squared_numerator }) = self.pole {
+            Dispersion::Pole { a, b, c, d, squared_numerator }
+        } else if let Some(rows) = &self.index_table {
+            let (nm, n) = rows.iter().map(|&[nm, n]| (nm, n)).unzip();
+            Dispersion::Table(Tabulated::new(nm, n, Ends::Extend)?)
+        } else {
+            return Ok(None);
+        };
+        Ok(Some((dispersion, Vec::new())))
+    }
+}
+
+impl SellmeierSpec {
+    fn build(&self) -> Result<Dispersion, Error> {
+        if self.b.len() != self.c.len() || self.b.is_empty() {
+            let found = format!("{} in b and {} in c", self.b.len(), self.c.len());
+            return Err(Error::value(
+                "sellmeier",
+                found,
+                "give as many coefficients in b as in c, at least one",
+            ));
+        }
+        let terms = self.b.iter().zip(&self.c).map(|(&b, &c)| [b, c]).collect();
+        Ok(Dispersion::Sellmeier { a0: self.a0, terms })
+    }
+}
+
+impl ConductorSpec {
+    fn build(&self) -> Result<Kind, Error> {
+        for (i, &[nm, n, k]) in self.table.iter().enumerate() {
+            if !(n.is_finite() && n > 0.0 && k.is_finite() && k >= 0.0) {
+                let expected = "rows are [nm, n, k] with n above 0 and k at least 0";
+                return Err(Error::value(
+                    format!("conductor.table[{i}]"),
+                    format!("[{nm}, {n}, {k}]"),
+                    expected,
+                ));
+            }
+        }
+        let column = |j: usize| self.table.iter().map(move |row| row[j]).collect::<Vec<f64>>();
+        Ok(Kind::Conductor {
+            n: Tabulated::new(column(0), column(1), Ends::Extend)?,
+            k: Tabulated::new(column(0), column(2), Ends::Extend)?,
+        })
+    }
+}
+
+fn terms(bands: &[BandSpec]) -> Result<Vec<Term>, Error> {
+    let term = |(i, band): (usize, &BandSpec)| {
+        let BandSpec { constant, centre, sigma, fwhm_cm1, peak } = *band;
+        match (constant, centre, sigma, fwhm_cm1, peak) {
+            (Some(value), None, None, None, None) => Ok(Term::Constant(value)),
+            (None, Some(centre), Some(sigma), None, Some(peak)) => Ok(Term::Gaussian { centre, sigma, peak }),
+            (None, Some(centre), None, Some(fwhm_cm1), Some(peak)) => {
+                Ok(Term::GaussianWavenumber { centre, fwhm_cm1, peak })
+            }
+            _ => Err(Error::value(
+                format!("absorption[{i}]"),
+                band.keys(),
+                "a band has { centre, sigma, peak } or { centre, fwhm_cm1, peak }, or { constant } alone",
+            )),
+        }
+    };
+    bands.iter().enumerate().map(term).collect()
+}
+
+impl BandSpec {
+    /// The keys that are given, as they stand in the file.
+    fn keys(&self) -> String {
+        let given = [
+            ("constant", self.constant),
+            ("centre", self.centre),
+            ("sigma", self.sigma),
+            ("fwhm_cm1", self.fwhm_cm1),
+            ("peak", self.peak),
+        ];
+        let keys: Vec<&str> = given.iter().filter(|(_, v)| v.is_some()).map(|(key, _)| *key).collect();
+        format!("{{ {} }}", keys.join(", "))
+    }
+}
