@@ -1,0 +1,207 @@
+//! The builder: a split bounding volume hierarchy (Stich, Friedrich & Dietrich 2009).
+//!
+//! At each node the best binned object split is found and, where its two sides overlap by more than a set
+//! share of the root's area, the best binned spatial split too; the cheaper by the surface area heuristic is
+//! taken. Building goes on until each leaf has one reference, which is what the wide conversion wants (it
+//! gathers references into leaves itself).
+//!
+//! **Budget.** A node owns a slice of the reference array which is longer than its references by its share of
+//! the budget, and the spare room is divided between its children in proportion to the summed areas of their
+//! references: large boxes are what spatial splits make smaller. The array's length is the budget, so it
+//! cannot be exceeded, no node waits for another, and the tree is the same for any number of threads.
+//! (The layout in place follows the extended ranges of Embree's spatial builder.)
+
+mod clip;
+mod object;
+mod reference;
+mod spatial;
+
+use crate::bounds::Bounds;
+use object::Partition;
+use rayon::prelude::*;
+pub(crate) use reference::{Extent, Mesh, Reference};
+
+/// Below this depth of the tree nodes are halved by count whatever it costs, which bounds the depth by this
+/// plus the logarithm of the reference count, and with it every recursion, on any input.
+const MAX_GREEDY_DEPTH: u32 = 56;
+/// Subtrees with more references than this are built as tasks of their own.
+const TASK: usize = 1 << 12;
+
+/// A node of the binary tree in the builder's sparse array.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Node {
+    pub bounds: Bounds,
+    /// Of an inner node the index of the first of two adjacent children; of a leaf its triangle.
+    pub link: u32,
+    pub leaf: bool,
+}
+
+impl Node {
+    const VACANT: Node = Node { bounds: Bounds::EMPTY, link: 0, leaf: true };
+}
+
+/// What steers the build; see [`crate::BuildOptions`].
+pub(crate) struct Settings {
+    /// Largest number of references.
+    pub budget: usize,
+    /// Overlap, as a share of the root's area, from which spatial splits are tried.
+    pub alpha: f32,
+}
+
+struct Builder<'a> {
+    mesh: &'a Mesh<'a>,
+    least_overlap: f32,
+}
+
+/// Builds the tree over the triangles of the given numbers. Node 0 is the root; the array has vacant places.
+/// Empty where there are no triangles.
+pub(crate) fn build(mesh: &Mesh, numbers: &[u32], settings: &Settings) -> Vec<Node> {
+    let count = numbers.len();
+    if count == 0 {
+        return Vec::new();
+    }
+    let mut references = Vec::with_capacity(settings.budget.max(count));
+    numbers.par_iter().map(|&number| mesh.reference(number)).collect_into_vec(&mut references);
+    let extent = Extent::of(&references);
+    references.resize(settings.budget.max(count), references[0]);
+    let mut nodes = vec![Node::VACANT; 2 * references.len() - 1];
+    let builder = Builder { mesh, least_overlap: settings.alpha * extent.bounds.half_area() };
+    if let Some((root, rest)) = nodes.split_first_mut() {
+        builder.node(root, rest, 1, &mut references, count, extent, 0);
+    }
+    nodes
+}
+
+impl Builder<'_> {
+    /// Builds the subtree over `references[..count]` into `node` and `below`, whose first element has index
+    /// `base` in the whole array.
+    #[allow(clippy::too_many_arguments)]
+    fn node(
+        &self,
+        node: &mut Node,
+        below: &mut [Node],
+        base: usize,
+        references: &mut [Reference],
+        count: usize,
+        extent: Extent,
+        depth: u32,
+    ) {
+        if count == 1 {
+            *node = Node { bounds: extent.bounds, link: references[0].triangle(), leaf: true };
+            return;
+        }
+        *node = Node { bounds: extent.bounds, link: base as u32, leaf: false };
+        let (left_count, left, right_count, right) = self.split(references, count, &extent, depth);
+        let room =
+            share(references.len() - left_count - right_count, (left_count, &left), (right_count, &right));
+        let cut = left_count + room;
+        // The right-hand references move up to make the room; their order is free, so only those in the way do.
+        let moved = room.min(right_count);
+        references.copy_within(left_count..left_count + moved, cut + right_count - moved);
+        let (left_references, right_references) = references.split_at_mut(cut);
+        let [left_node, right_node, rest @ ..] = below else {
+            unreachable!("a node with two references or more has room for two children")
+        };
+        let (left_below, right_below) = rest.split_at_mut(2 * (cut - 1));
+        let (left_base, right_base) = (base + 2, base + 2 + left_below.len());
+        let mut first = || {
+            self.node(left_node, left_below, left_base, left_references, left_count, left, depth + 1);
+        };
+        let mut second = || {
+            self.node(right_node, right_below, right_base, right_references, right_count, right, depth + 1);
+        };
+        if count > TASK {
+            rayon::join(first, second);
+        } else {
+            first();
+            second();
+        }
+    }
+
+    /// Chooses a split and carries it out: the left side's references come first, the right side's follow.
+    /// Both sides are non-empty.
+    #[inline(never)] // Its working arrays stay out of the recursion's stack frames.
+    fn split(
+        &self,
+        references: &mut [Reference],
+        count: usize,
+        extent: &Extent,
+        depth: u32,
+    ) -> (usize, Extent, usize, Extent) {
+        if depth < MAX_GREEDY_DEPTH {
+            let spare = references.len() - count;
+            let object = object::find(&references[..count], extent);
+            let overlapping = object.is_none_or(|object| object.overlap > self.least_overlap);
+            if spare > 0 && overlapping {
+                let spatial = spatial::find(&references[..count], extent, self.mesh, spare);
+                let limit = object.map_or(f32::INFINITY, |object| object.cost);
+                if let Some(spatial) = spatial.filter(|spatial| spatial.cost < limit) {
+                    let end = spatial::divide(references, count, &spatial, self.mesh);
+                    let (middle, left, right) = partition(&mut references[..end], Reference::is_right);
+                    if middle > 0 && middle < end {
+                        return (middle, left, end - middle, right);
+                    }
+                    // Unsplitting put everything on one side, and nothing was divided: as before.
+                }
+            }
+            if let Some(object) = object {
+                let references = &mut references[..count];
+                match object.kind {
+                    Partition::Bin { axis, bin, grid } => {
+                        let (middle, left, right) =
+                            partition(references, |r| grid.bin(r.centroid(), axis) >= bin);
+                        if middle > 0 && middle < count {
+                            return (middle, left, count - middle, right);
+                        }
+                    }
+                    Partition::Rank { axis, count: middle } => {
+                        object::sort(references, axis);
+                        return halves(references, middle);
+                    }
+                }
+            }
+        }
+        halves(&references[..count], count / 2)
+    }
+}
+
+fn halves(references: &[Reference], middle: usize) -> (usize, Extent, usize, Extent) {
+    let (left, right) = references.split_at(middle);
+    (middle, Extent::of(left), right.len(), Extent::of(right))
+}
+
+/// The left child's part of the spare room, by summed areas; a child with one reference is a leaf and needs
+/// none.
+fn share(
+    spare: usize,
+    (left_count, left): (usize, &Extent),
+    (right_count, right): (usize, &Extent),
+) -> usize {
+    match (left_count, right_count) {
+        (1, _) => 0,
+        (_, 1) => spare,
+        _ => {
+            let sum = left.area + right.area;
+            let part = if sum > 0.0 { left.area / sum } else { 0.5 };
+            ((spare as f64 * part).round() as usize).min(spare)
+        }
+    }
+}
+
+/// Moves the references for which `right` holds behind the others. Returns how many stay in front, and the
+/// extents of both parts.
+fn partition(references: &mut [Reference], right: impl Fn(Reference) -> bool) -> (usize, Extent, Extent) {
+    let (mut left_extent, mut right_extent) = (Extent::EMPTY, Extent::EMPTY);
+    let (mut i, mut j) = (0, references.len());
+    while i < j {
+        if right(references[i]) {
+            right_extent.add(references[i]);
+            j -= 1;
+            references.swap(i, j);
+        } else {
+            left_extent.add(references[i]);
+            i += 1;
+        }
+    }
+    (i, left_extent, right_extent)
+}

@@ -1,0 +1,137 @@
+//! Watertight ray–triangle intersection (Woop, Benthin & Wald 2013).
+//!
+//! The ray is sheared onto a coordinate axis, after which a triangle is hit where the origin lies in its
+//! two-dimensional image. The images of shared corners are the same numbers in each triangle, and the signs
+//! of the edge functions are those of the exact values (below), so that neighbours agree about which side of
+//! a shared edge the ray passes: one of them is hit, or, exactly on the edge, both.
+
+use glam::{DVec3, Vec3};
+
+use crate::{Hit, Ray};
+
+/// A triangle as the traversal reads it, with its number in the input.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Triangle {
+    corners: [Vec3; 3],
+    number: u32,
+}
+
+impl Triangle {
+    pub fn new(corners: [Vec3; 3], number: u32) -> Triangle {
+        Triangle { corners, number }
+    }
+}
+
+/// What is the same for each triangle that a ray meets.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shear {
+    /// The axis of the direction's largest component comes last.
+    axes: [usize; 3],
+    origin: [f32; 3],
+    /// Direction over its largest component along the other two axes.
+    slope: [f32; 2],
+    slope_exact: [f64; 2],
+    origin_exact: DVec3,
+    /// 1 / the direction's largest component.
+    inverse: f64,
+}
+
+impl Shear {
+    /// `None` where the direction is zero or anything is not finite.
+    pub fn new(ray: &Ray) -> Option<Shear> {
+        let d = ray.direction;
+        let size = d.abs().max_element();
+        if !(ray.origin.is_finite() && d.is_finite() && size > 0.0) {
+            return None;
+        }
+        let z = if d.x.abs() == size {
+            0
+        } else if d.y.abs() == size {
+            1
+        } else {
+            2
+        };
+        let axes = [(z + 1) % 3, (z + 2) % 3, z];
+        let slope_exact = [f64::from(d[axes[0]]) / f64::from(d[z]), f64::from(d[axes[1]]) / f64::from(d[z])];
+        Some(Shear {
+            axes,
+            origin: axes.map(|axis| ray.origin[axis]),
+            slope: slope_exact.map(|slope| slope as f32),
+            slope_exact,
+            origin_exact: axes.map(|axis| f64::from(ray.origin[axis])).into(),
+            inverse: 1.0 / f64::from(d[z]),
+        })
+    }
+
+    /// Where the ray's line meets the triangle, for any sign of the ray parameter.
+    ///
+    /// Which side of an edge the ray passes is decided in single precision. Rounding is monotonic, so the
+    /// difference of two rounded products has the sign of the exact difference or is zero; where it is zero
+    /// (or overflows) it is taken again in double precision, in which products of single-precision numbers
+    /// are exact. The parameter and barycentric coordinates then follow in double precision from the unrounded
+    /// shear, unless that puts the ray outside by its own, smaller, rounding.
+    pub fn intersect(&self, triangle: &Triangle) -> Option<Hit> {
+        let image = triangle.corners.map(|corner| self.image(corner));
+        let [a, b, c] = image;
+        let mut u = c[0] * b[1] - c[1] * b[0];
+        let mut v = a[0] * c[1] - a[1] * c[0];
+        let mut w = b[0] * a[1] - b[1] * a[0];
+        if u == 0.0 || v == 0.0 || w == 0.0 || !(u + v + w).is_finite() {
+            [u, v, w] = edges(image.map(|p| p.map(f64::from))).map(sign);
+        }
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        self.locate(triangle, &image)
+    }
+
+    fn image(&self, corner: Vec3) -> [f32; 2] {
+        let [x, y, z] = self.axes;
+        let height = corner[z] - self.origin[2];
+        [
+            (corner[x] - self.origin[0]) - self.slope[0] * height,
+            (corner[y] - self.origin[1]) - self.slope[1] * height,
+        ]
+    }
+
+    fn locate(&self, triangle: &Triangle, image: &[[f32; 2]; 3]) -> Option<Hit> {
+        let relative = triangle
+            .corners
+            .map(|corner| DVec3::from(self.axes.map(|axis| f64::from(corner[axis]))) - self.origin_exact);
+        let exact = relative.map(|p| {
+            let DVec3 { x, y, z } = p;
+            [x - self.slope_exact[0] * z, y - self.slope_exact[1] * z]
+        });
+        let weights = weights(edges(exact)).or_else(|| weights(edges(image.map(|p| p.map(f64::from)))))?;
+        let height = weights[0] * relative[0].z + weights[1] * relative[1].z + weights[2] * relative[2].z;
+        let t = (height * self.inverse) as f32;
+        t.is_finite().then_some(Hit {
+            t,
+            triangle: triangle.number,
+            u: weights[1] as f32,
+            v: weights[2] as f32,
+        })
+    }
+}
+
+/// Twice the signed areas that the origin forms with the edges opposite to each corner.
+fn edges([a, b, c]: [[f64; 2]; 3]) -> [f64; 3] {
+    [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
+}
+
+fn sign(value: f64) -> f32 {
+    if value > 0.0 {
+        1.0
+    } else if value < 0.0 {
+        -1.0
+    } else {
+        0.0
+    }
+}
+
+/// Barycentric coordinates, if the edge functions agree in sign and the image is not degenerate.
+fn weights(edges: [f64; 3]) -> Option<[f64; 3]> {
+    let sum = edges[0] + edges[1] + edges[2];
+    let weights = edges.map(|edge| edge / sum);
+    (sum != 0.0 && sum.is_finite() && weights.iter().all(|&weight| weight >= 0.0)).then_some(weights)
+}
