@@ -1,1 +1,52 @@
-//! (to be written)
+//! The CPU backend of gemtrace, and the oracle that all backends are held to.
+//!
+//! * [`CPU`]: single precision, rayon over tiles. One convex stone is traced against its facet planes
+//!   (`chain`); anything else through the SBVH of `accel` (`tree`).
+//! * [`REFERENCE`]: double precision, every triangle tested for every ray, nothing clever. Slow, simple, and
+//!   what the others are compared with.
+//!
+//! Both give the same bits for any number of threads and any tile size.
+
+mod account;
+mod chain;
+mod direction;
+mod light;
+mod line;
+mod planes;
+mod reference;
+mod schedule;
+mod surface;
+mod throughput;
+mod tracer;
+mod tree;
+
+use spectral_core::tracer::{Backend, DeviceInfo};
+
+/// The CPU backend.
+pub const CPU: Backend = Backend {
+    name: "cpu",
+    about: "this machine's processor, single precision",
+    devices: || vec![device("cpu", "SBVH, or facet planes for one convex stone")],
+    open: tracer::open,
+};
+
+/// The oracle: double precision and brute force.
+pub const REFERENCE: Backend = Backend {
+    name: "reference",
+    about: "double precision, every surface tested: slow, the others are held to it",
+    devices: || vec![device("reference", "every triangle, double precision")],
+    open: reference::open,
+};
+
+fn device(backend: &'static str, intersection: &'static str) -> DeviceInfo {
+    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
+    DeviceInfo {
+        backend,
+        index: 0,
+        name: format!("{} CPU, {threads} threads", std::env::consts::ARCH),
+        driver: String::new(),
+        memory: 0,
+        intersection,
+        hardware: true,
+    }
+}

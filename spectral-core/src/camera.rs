@@ -1,1 +1,162 @@
-//! (to be written)
+//! The eye: perspective or orthographic, in a right-handed world of millimetres.
+
+use crate::Error;
+use glam::DVec3;
+
+/// How the camera's rays spread.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Projection {
+    /// Rays from one point.
+    Perspective {
+        /// Full angle across the image height, degrees, in (0, 180).
+        fov: f64,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Height of the image in the world, mm.
+        height: f64,
+    },
+}
+
+/// A camera. Pixel (0, 0) is top left; image rows run from the top down.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Camera {
+    /// The eye (perspective), or the centre of the image plane (orthographic), mm.
+    pub position: DVec3,
+    /// A point on the image's centre line, mm.
+    pub look_at: DVec3,
+    /// A direction that appears upright in the picture; any length, not along the view.
+    pub up: DVec3,
+    /// How rays spread.
+    pub projection: Projection,
+}
+
+/// A ray backwards from the eye: `origin + t · direction`, direction of length 1, t in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CameraRay {
+    /// Start, mm.
+    pub origin: DVec3,
+    /// Unit direction away from the eye.
+    pub direction: DVec3,
+}
+
+/// A camera made ready for an image of a certain size.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    origin: DVec3,
+    forward: DVec3,
+    /// World step from the image centre to its right edge (at unit distance in perspective).
+    right: DVec3,
+    /// World step from the image centre to its top edge.
+    up: DVec3,
+    parallel: bool,
+    size: [f64; 2],
+}
+
+impl Camera {
+    /// The camera's rays for an image of `width` × `height` pixels.
+    ///
+    /// # Errors
+    /// [`Error::Value`] where the view direction or the image's extent is undefined.
+    pub fn view(&self, width: u32, height: u32) -> Result<View, Error> {
+        for (what, v) in
+            [("camera.position", self.position), ("camera.look_at", self.look_at), ("camera.up", self.up)]
+        {
+            if !v.is_finite() || v.abs().max_element() > 1e9 {
+                return Err(Error::value(what, v, "three finite numbers, at most 1e9 in size"));
+            }
+        }
+        let forward = (self.look_at - self.position).try_normalize().ok_or_else(|| {
+            Error::value("camera.look_at", self.look_at, "a point other than the camera's position")
+        })?;
+        let sideways = forward.cross(self.up.normalize_or_zero());
+        if sideways.length() < 1e-9 {
+            let expected = "a direction that is not along the view (looking straight down: up = [0, 1, 0])";
+            return Err(Error::value("camera.up", self.up, expected));
+        }
+        let right = sideways.normalize();
+        let half_height = self.half_height()?;
+        let aspect = f64::from(width) / f64::from(height);
+        Ok(View {
+            origin: self.position,
+            forward,
+            right: right * (half_height * aspect),
+            up: right.cross(forward) * half_height,
+            parallel: matches!(self.projection, Projection::Orthographic { .. }),
+            size: [f64::from(width), f64::from(height)],
+        })
+    }
+
+    fn half_height(&self) -> Result<f64, Error> {
+        match self.projection {
+            Projection::Perspective { fov } if fov > 0.0 && fov < 180.0 => Ok((fov.to_radians() / 2.0).tan()),
+            Projection::Perspective { fov } => {
+                Err(Error::value("camera.fov", fov, "an angle between 0 and 180 degrees"))
+            }
+            Projection::Orthographic { height } if height > 0.0 && height < 1e9 => Ok(height / 2.0),
+            Projection::Orthographic { height } => {
+                Err(Error::value("camera.orthographic", height, "an image height in mm, above 0"))
+            }
+        }
+    }
+}
+
+impl View {
+    /// The ray through image point (`x`, `y`), in pixels from the top left corner: the centre of pixel
+    /// (i, j) is (i + ½, j + ½).
+    pub fn ray(&self, x: f64, y: f64) -> CameraRay {
+        let across = self.right * (2.0 * x / self.size[0] - 1.0) + self.up * (1.0 - 2.0 * y / self.size[1]);
+        if self.parallel {
+            return CameraRay { origin: self.origin + across, direction: self.forward };
+        }
+        CameraRay { origin: self.origin, direction: (self.forward + across).normalize() }
+    }
+
+    /// The point that all rays leave from, or `None` for parallel rays.
+    pub fn eye(&self) -> Option<DVec3> {
+        (!self.parallel).then_some(self.origin)
+    }
+
+    /// The same view with the world's origin moved to `origin`.
+    pub(crate) fn seen_from(&self, origin: DVec3) -> View {
+        View { origin: self.origin - origin, ..self.clone() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(projection: Projection) -> Camera {
+        Camera { position: DVec3::new(0.0, -10.0, 0.0), look_at: DVec3::ZERO, up: DVec3::Z, projection }
+    }
+
+    #[test]
+    fn the_field_of_view_spans_the_height() {
+        let view = camera(Projection::Perspective { fov: 90.0 }).view(200, 100).unwrap();
+        assert!(view.ray(100.0, 50.0).direction.abs_diff_eq(DVec3::Y, 1e-15));
+        let top = view.ray(100.0, 0.0).direction;
+        assert!(top.abs_diff_eq(DVec3::new(0.0, 1.0, 1.0).normalize(), 1e-15), "{top}");
+        let right = view.ray(200.0, 50.0).direction;
+        assert!(right.abs_diff_eq(DVec3::new(2.0, 1.0, 0.0).normalize(), 1e-15), "{right}");
+    }
+
+    #[test]
+    fn orthographic_rays_are_parallel_and_span_the_height() {
+        let view = camera(Projection::Orthographic { height: 8.0 }).view(64, 64).unwrap();
+        let ray = view.ray(64.0, 0.0);
+        assert_eq!(ray.direction, DVec3::Y);
+        assert!(ray.origin.abs_diff_eq(DVec3::new(4.0, -10.0, 4.0), 1e-12));
+    }
+
+    #[test]
+    fn a_view_along_up_is_refused_with_advice() {
+        let mut c = camera(Projection::Perspective { fov: 14.0 });
+        c.up = DVec3::Y;
+        assert!(c.view(10, 10).unwrap_err().to_string().contains("up = [0, 1, 0]"));
+        c = camera(Projection::Perspective { fov: 180.0 });
+        assert!(c.view(10, 10).unwrap_err().to_string().contains("between 0 and 180"));
+        c.look_at = c.position;
+        assert!(c.view(10, 10).unwrap_err().to_string().contains("other than"));
+    }
+}

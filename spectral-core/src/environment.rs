@@ -1,1 +1,233 @@
-//! (to be written)
+//! The light around the stones: a lat-long RGB image or a uniform colour, infinitely far away.
+//!
+//! Texels are linear sRGB; they stay RGB until a ray asks for one wavelength (`upsample`). A direction d
+//! (unit, away from the stone, +z up) falls on the image at
+//!
+//! ```text
+//! u = (atan2(dx, dy) + rotation) / 2π mod 1        v = acos(dz) / π
+//! ```
+//!
+//! so that row 0 is at +z and a positive rotation turns the lights counter-clockwise seen from +z. Texel
+//! (i, j) is centred at ((i + ½)/W, (j + ½)/H); look-ups are bilinear, periodic in u, clamped in v.
+
+mod studio;
+
+use crate::{Error, Warning, cie::Illuminant};
+use glam::DVec3;
+use std::f64::consts::{PI, TAU};
+use std::sync::Arc;
+
+/// A lat-long image of linear sRGB texels, all finite and non-negative.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LatLong {
+    width: u32,
+    height: u32,
+    texels: Vec<[f32; 3]>,
+}
+
+impl LatLong {
+    /// The most texels accepted: 32,768 × 16,384.
+    pub const MAX_TEXELS: u64 = 1 << 29;
+
+    /// An image of `width` × `height` texels, row by row from +z, left to right in u.
+    ///
+    /// Texels that are not finite become black, negative components (colours outside sRGB) become 0; both
+    /// are counted in the warnings.
+    ///
+    /// # Errors
+    /// [`Error::Value`] where the size is zero, too large, or not that of `texels`.
+    pub fn new(width: u32, height: u32, mut texels: Vec<[f32; 3]>) -> Result<(Self, Vec<Warning>), Error> {
+        let count = u64::from(width) * u64::from(height);
+        let size = format!("{width} × {height}");
+        if count == 0 || count > Self::MAX_TEXELS {
+            return Err(Error::value("environment size", size, "1 × 1 up to 2²⁹ texels"));
+        }
+        if texels.len() as u64 != count {
+            let found = format!("as many texels, not {}", texels.len());
+            return Err(Error::value("environment size", size, found));
+        }
+        let warnings = clean(&mut texels);
+        Ok((LatLong { width, height, texels }, warnings))
+    }
+
+    /// The built-in studio: a dim room with a ring of soft boxes and a large one overhead.
+    ///
+    /// Procedural, the same on every machine.
+    pub fn studio() -> Self {
+        studio::image()
+    }
+
+    /// Texels across (u).
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Texels down (v).
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All texels, row by row.
+    pub fn texels(&self) -> &[[f32; 3]] {
+        &self.texels
+    }
+
+    /// The bilinear value at image coordinates `u` (periodic) and `v` (clamped), in double precision.
+    pub fn bilinear(&self, u: f64, v: f64) -> [f64; 3] {
+        let (w, h) = (self.width as usize, self.height as usize);
+        let x = u * f64::from(self.width) - 0.5;
+        let y = (v * f64::from(self.height) - 0.5).clamp(0.0, (h - 1) as f64);
+        let (x0, y0) = (x.floor(), y.floor());
+        let (fx, fy) = (x - x0, y - y0);
+        let (i, j) = ((x0 as i64).rem_euclid(w as i64) as usize, y0 as usize);
+        let (i1, j1) = ((i + 1) % w, (j + 1).min(h - 1));
+        let texel = |i: usize, j: usize, c: usize| f64::from(self.texels[j * w + i][c]);
+        std::array::from_fn(|c| {
+            let top = texel(i, j, c) * (1.0 - fx) + texel(i1, j, c) * fx;
+            let bottom = texel(i, j1, c) * (1.0 - fx) + texel(i1, j1, c) * fx;
+            top * (1.0 - fy) + bottom * fy
+        })
+    }
+}
+
+fn clean(texels: &mut [[f32; 3]]) -> Vec<Warning> {
+    let (mut broken, mut negative) = (0usize, 0usize);
+    for texel in texels.iter_mut() {
+        if !texel.iter().all(|c| c.is_finite()) {
+            *texel = [0.0; 3];
+            broken += 1;
+        } else if texel.iter().any(|c| *c < 0.0) {
+            *texel = texel.map(|c| c.max(0.0));
+            negative += 1;
+        }
+    }
+    let mut warnings = Vec::new();
+    let total = texels.len();
+    if broken > 0 {
+        warnings.push(Warning::new(format!(
+            "{broken} of the environment's {total} texels are not finite numbers; they were replaced by black"
+        )));
+    }
+    if negative > 0 {
+        warnings.push(Warning::new(format!(
+            "{negative} of the environment's {total} texels lie outside sRGB; negative components were set to 0"
+        )));
+    }
+    warnings
+}
+
+/// Where the light's colour comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    /// The same linear sRGB colour from everywhere.
+    Uniform([f64; 3]),
+    /// A lat-long image.
+    Image(Arc<LatLong>),
+}
+
+/// The light around the stones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Environment {
+    /// Colour by direction.
+    pub source: Source,
+    /// Degrees; the lights turn counter-clockwise seen from +z.
+    pub rotation: f64,
+    /// Factor on every radiance.
+    pub scale: f64,
+    /// The light that the image's white stands for: a grey texel is exactly grey × illuminant.
+    pub illuminant: Illuminant,
+}
+
+impl Environment {
+    /// The same grey from everywhere, under D65: the furnace of energy tests.
+    pub fn uniform(rgb: [f64; 3]) -> Self {
+        Self::new(Source::Uniform(rgb))
+    }
+
+    /// An image as it stands, under D65.
+    pub fn image(image: LatLong) -> Self {
+        Self::new(Source::Image(Arc::new(image)))
+    }
+
+    fn new(source: Source) -> Self {
+        Environment { source, rotation: 0.0, scale: 1.0, illuminant: Illuminant::D65 }
+    }
+
+    /// Linear sRGB seen in a unit direction (away from the stone), before `scale`.
+    pub fn rgb(&self, direction: DVec3) -> [f64; 3] {
+        match &self.source {
+            Source::Uniform(rgb) => *rgb,
+            Source::Image(image) => {
+                let turn = direction.x.atan2(direction.y) / TAU + self.rotation / 360.0;
+                image.bilinear(turn.rem_euclid(1.0), direction.z.clamp(-1.0, 1.0).acos() / PI)
+            }
+        }
+    }
+
+    /// Refuses what cannot be light.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a scale, rotation or uniform colour that is not finite, or negative light.
+    pub fn validate(&self) -> Result<(), Error> {
+        if !(self.scale.is_finite() && self.scale >= 0.0 && self.scale <= 1e12) {
+            return Err(Error::value("environment.scale", self.scale, "a factor from 0 to 1e12"));
+        }
+        if !(self.rotation.is_finite() && self.rotation.abs() <= 1e6) {
+            return Err(Error::value("environment.rotation", self.rotation, "an angle in degrees"));
+        }
+        match self.source {
+            Source::Uniform(rgb) if !rgb.iter().all(|c| (0.0..=1e12).contains(c)) => {
+                let expected = "three linear sRGB values from 0 to 1e12";
+                Err(Error::value("environment.uniform", format!("{rgb:?}"), expected))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn gradient() -> LatLong {
+        let texels = (0..8 * 4).map(|i| [(i % 8) as f32, (i / 8) as f32, 1.0]).collect();
+        LatLong::new(8, 4, texels).unwrap().0
+    }
+
+    #[test]
+    fn row_zero_is_up_and_column_zero_starts_at_plus_y() {
+        let mut e = Environment::image(gradient());
+        assert_eq!(e.rgb(DVec3::Z)[1], 0.0);
+        assert_eq!(e.rgb(-DVec3::Z)[1], 3.0);
+        // +y is u = 0, half-way between the last texel and the first; +x is a quarter turn on.
+        assert!((e.rgb(DVec3::Y)[0] - 3.5).abs() < 1e-12);
+        assert!((e.rgb(DVec3::X)[0] - 1.5).abs() < 1e-12);
+        e.rotation = 45.0;
+        assert!((e.rgb(DVec3::Y)[0] - 0.5).abs() < 1e-12);
+    }
+
+    #[test]
+    fn broken_texels_are_counted_and_replaced() {
+        let texels = vec![[f32::NAN, 1.0, 1.0], [1.0, f32::INFINITY, 0.0], [-0.5, 1.0, 1.0], [1.0; 3]];
+        let (image, warnings) = LatLong::new(2, 2, texels).unwrap();
+        assert_eq!(image.texels(), [[0.0; 3], [0.0; 3], [0.0, 1.0, 1.0], [1.0; 3]]);
+        assert!(warnings[0].message.starts_with("2 of the environment's 4 texels"));
+        assert!(warnings[1].message.starts_with("1 of the environment's 4 texels"));
+    }
+
+    #[test]
+    fn wrong_sizes_are_refused() {
+        assert!(LatLong::new(0, 4, vec![]).is_err());
+        assert!(LatLong::new(u32::MAX, u32::MAX, vec![]).is_err());
+        assert!(LatLong::new(2, 2, vec![[0.0; 3]]).unwrap_err().to_string().contains("not 1"));
+    }
+
+    #[test]
+    fn the_studio_has_light_above_and_contrast() {
+        let studio = LatLong::studio();
+        let mean =
+            studio.texels().iter().map(|t| f64::from(t[1])).sum::<f64>() / studio.texels().len() as f64;
+        let peak = studio.texels().iter().map(|t| t[1]).fold(0.0, f32::max);
+        assert!(mean > 0.1 && f64::from(peak) > 4.0 * mean, "mean {mean}, peak {peak}");
+    }
+}

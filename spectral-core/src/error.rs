@@ -36,6 +36,14 @@ pub enum Error {
         /// What is wrong and what would be right.
         message: String,
     },
+    /// A device that failed at its work, through no fault of the scene.
+    #[error("{device}: {message}")]
+    Device {
+        /// The device's name.
+        device: String,
+        /// What happened.
+        message: String,
+    },
     /// A surface or a set of planes that bounds no solid.
     #[error("{message}")]
     Solid {

@@ -1,1 +1,97 @@
-//! (to be written)
+//! What is to be rendered, as a person describes it; [`PreparedScene`](crate::prepare::PreparedScene) is
+//! what backends render.
+
+use crate::{Error, camera::Camera, environment::Environment, material::Material, mesh::Mesh};
+use glam::{DMat3, DVec3};
+use std::sync::Arc;
+
+/// What a pixel shows where its primary ray meets no stone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Background {
+    /// The environment itself.
+    #[default]
+    Environment,
+    /// Nothing: black with alpha 0, for compositing.
+    Transparent,
+}
+
+/// A stone (or a piece of metal): a closed mesh, a material, and where it stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Stone {
+    /// For messages: "stone 2 (ring.obj)".
+    pub name: String,
+    /// Shape in the file's own units and frame, +z the table's normal.
+    pub mesh: Arc<Mesh>,
+    /// Scale about the file's origin until the smaller of the x and y extents is this many mm; `None`
+    /// takes the mesh's units as mm.
+    pub width: Option<f64>,
+    /// Degrees about x, then y, then z, right-handed, before `position`.
+    pub rotation: DVec3,
+    /// mm.
+    pub position: DVec3,
+    /// What it is made of.
+    pub material: Arc<Material>,
+    /// Where stones overlap, the one with the higher priority fills the space; among equals the smaller
+    /// volume, so that an inclusion lies inside its host wherever it is listed; then the later one.
+    pub priority: i32,
+}
+
+impl Stone {
+    /// A stone at the origin as its mesh stands, in mm.
+    pub fn new(name: impl Into<String>, mesh: Arc<Mesh>, material: Arc<Material>) -> Self {
+        Stone {
+            name: name.into(),
+            mesh,
+            width: None,
+            rotation: DVec3::ZERO,
+            position: DVec3::ZERO,
+            material,
+            priority: 0,
+        }
+    }
+
+    /// The mesh in the world: R·(scale·file) + position, in mm.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a width, rotation or position that is not usable.
+    pub fn placed(&self) -> Result<Mesh, Error> {
+        let field = |key: &str| format!("{}: {key}", self.name);
+        for (key, v) in [("rotation", self.rotation), ("position", self.position)] {
+            if !v.is_finite() || v.abs().max_element() > 1e9 {
+                return Err(Error::value(field(key), v, "three finite numbers, at most 1e9 in size"));
+            }
+        }
+        let angles = self.rotation * std::f64::consts::PI / 180.0;
+        let rotation = DMat3::from_rotation_z(angles.z)
+            * DMat3::from_rotation_y(angles.y)
+            * DMat3::from_rotation_x(angles.x);
+        self.mesh.transformed(rotation, self.scale()?, self.position)
+    }
+
+    fn scale(&self) -> Result<f64, Error> {
+        let Some(width) = self.width else { return Ok(1.0) };
+        if !(width.is_finite() && width > 0.0 && width <= 1e6) {
+            let what = format!("{}: width", self.name);
+            return Err(Error::value(what, width, "a width in mm, above 0 and at most 1e6"));
+        }
+        let (low, high) = self.mesh.bounds();
+        Ok(width / (high - low).truncate().min_element())
+    }
+}
+
+/// A scene: a camera, the light, the stones, and the size of the picture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scene {
+    /// The eye.
+    pub camera: Camera,
+    /// Picture width, pixels.
+    pub width: u32,
+    /// Picture height, pixels.
+    pub height: u32,
+    /// What is seen past the stones.
+    pub background: Background,
+    /// The light.
+    pub environment: Environment,
+    /// What stands in it; none is allowed and shows the environment alone.
+    pub stones: Vec<Stone>,
+}

@@ -1,1 +1,144 @@
-//! (to be written)
+//! The seam between scenes and backends.
+//!
+//! A backend offers [`Backend::devices`]; opening one with a [`PreparedScene`] gives a [`Tracer`], which
+//! adds samples to a [`Film`]. Nothing above this trait knows which backend it talks to.
+
+use crate::{Error, film::Film, prepare::PreparedScene};
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// What a device is, for people and for choosing one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct DeviceInfo {
+    /// The backend's name: `"cpu"`, `"reference"`, `"wgpu"`, `"vulkan"`.
+    pub backend: &'static str,
+    /// Position in the backend's list, as `--device` counts.
+    pub index: usize,
+    /// The device's own name.
+    pub name: String,
+    /// Driver and version, empty where there is none.
+    pub driver: String,
+    /// Memory that the device can use, bytes; 0 if unknown.
+    pub memory: u64,
+    /// How rays find surfaces here.
+    pub intersection: &'static str,
+    /// Whether this is hardware of its own (a software GPU is not).
+    pub hardware: bool,
+}
+
+/// How to open a device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct OpenOptions {
+    /// Worker threads on the CPU; `None` takes one a core. Never changes the picture.
+    pub threads: Option<usize>,
+    /// Edge of the square tiles, pixels; `None` lets the backend choose. Never changes the picture.
+    pub tile: Option<u32>,
+}
+
+/// A way to render: its devices, and how to open one.
+#[derive(Debug, Clone, Copy)]
+pub struct Backend {
+    /// Name on the command line.
+    pub name: &'static str,
+    /// One line for a person choosing.
+    pub about: &'static str,
+    /// What this machine offers; empty where the backend cannot run.
+    pub devices: fn() -> Vec<DeviceInfo>,
+    /// Opens one of [`Backend::devices`] for a scene.
+    pub open: OpenDevice,
+}
+
+/// The type of [`Backend::open`].
+pub type OpenDevice = fn(&DeviceInfo, Arc<PreparedScene>, &OpenOptions) -> Result<Box<dyn Tracer>, Error>;
+
+/// How far a call of [`Tracer::trace`] has come.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Pixel samples finished in this call.
+    pub done: u64,
+    /// Pixel samples that this call will do.
+    pub total: u64,
+}
+
+/// Renders one prepared scene.
+pub trait Tracer: Send {
+    /// The device this runs on.
+    fn device(&self) -> &DeviceInfo;
+
+    /// Adds `samples` of every pixel to `film`; blocks; may be called again with the next samples to refine.
+    ///
+    /// `progress` is called on the calling thread, at least every tenth of a second; on
+    /// [`ControlFlow::Break`] work stops, what is finished stays in the film, and the report says so.
+    ///
+    /// # Errors
+    /// [`Error::Device`] when the device fails; [`Error::Value`] for a film of another size, or samples
+    /// beyond those prepared.
+    fn trace(
+        &mut self,
+        samples: Range<u32>,
+        film: &mut Film,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<TraceReport, Error>;
+}
+
+/// What a call of [`Tracer::trace`] did.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct TraceReport {
+    /// Whether every sample asked for was added (false after a cancel).
+    pub finished: bool,
+    /// Segments traced: one for each ray and wavelength between two surfaces or out to the environment.
+    pub rays: u64,
+    /// Where the energy went.
+    pub energy: Energy,
+    /// Time to build what the backend builds (acceleration structures), the first call only.
+    pub build: Duration,
+    /// Time spent tracing.
+    pub trace: Duration,
+}
+
+/// An account of throughput, summed over pixel samples and wavelengths: each starts with 1.
+///
+/// What is not listed here reached the environment or was absorbed in stones and metals.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Energy {
+    /// Throughput that started: pixel samples × wavelengths.
+    pub started: f64,
+    /// Dropped because the path met the depth limit under [`Leftover::Drop`](crate::settings::Leftover).
+    pub dropped_depth: f64,
+    /// Dropped because it fell below the threshold.
+    pub dropped_threshold: f64,
+    /// Left the stone at the depth limit under [`Leftover::Exit`](crate::settings::Leftover): kept, but
+    /// sent along an approximate direction.
+    pub left_at_limit: f64,
+    /// Left through a surface that rounding hid; kept, sent straight on. Zero but for damaged meshes.
+    pub lost: f64,
+}
+
+impl Energy {
+    /// The share of the started throughput that was dropped, for whatever reason.
+    pub fn dropped_share(&self) -> f64 {
+        if self.started == 0.0 { 0.0 } else { (self.dropped_depth + self.dropped_threshold) / self.started }
+    }
+}
+
+impl std::ops::AddAssign for Energy {
+    fn add_assign(&mut self, other: Self) {
+        self.started += other.started;
+        self.dropped_depth += other.dropped_depth;
+        self.dropped_threshold += other.dropped_threshold;
+        self.left_at_limit += other.left_at_limit;
+        self.lost += other.lost;
+    }
+}
+
+impl std::ops::AddAssign for TraceReport {
+    /// Joins the report of a later call over the same film.
+    fn add_assign(&mut self, other: Self) {
+        self.finished = other.finished;
+        self.rays += other.rays;
+        self.energy += other.energy;
+        self.build += other.build;
+        self.trace += other.trace;
+    }
+}

@@ -1,0 +1,56 @@
+//! The books: rays and energy, summed so that the order of work does not show.
+
+use spectral_core::tracer::Energy;
+
+/// The account of one pixel sample, in plain sums: its order of events is fixed.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Account {
+    pub rays: u64,
+    pub dropped_depth: f64,
+    pub dropped_threshold: f64,
+    pub left_at_limit: f64,
+    pub lost: f64,
+}
+
+/// Sums over pixels in fixed point: integers add up to the same total in any order.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Ledger {
+    rays: u64,
+    started: u64,
+    energies: [u128; 4],
+}
+
+/// 2⁴⁸ parts of one unit of throughput.
+const UNIT: f64 = (1u64 << 48) as f64;
+
+impl Ledger {
+    pub fn enter(&mut self, started: usize, account: &Account) {
+        self.rays += account.rays;
+        self.started += started as u64;
+        let parts =
+            [account.dropped_depth, account.dropped_threshold, account.left_at_limit, account.lost];
+        for (sum, part) in self.energies.iter_mut().zip(parts) {
+            *sum += (part * UNIT) as u128;
+        }
+    }
+
+    pub fn rays(&self) -> u64 {
+        self.rays
+    }
+
+    pub fn energy(&self) -> Energy {
+        let [dropped_depth, dropped_threshold, left_at_limit, lost] =
+            self.energies.map(|parts| parts as f64 / UNIT);
+        Energy { started: self.started as f64, dropped_depth, dropped_threshold, left_at_limit, lost }
+    }
+}
+
+impl std::ops::AddAssign for Ledger {
+    fn add_assign(&mut self, other: Self) {
+        self.rays += other.rays;
+        self.started += other.started;
+        for (sum, part) in self.energies.iter_mut().zip(other.energies) {
+            *sum += part;
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! The facet planes of one convex stone, laid out for the compiler to take several at a time.
+
+use glam::{DVec3, Vec3};
+use spectral_core::prepare::FacetPlane;
+
+/// Planes are handled in blocks of this many, padded with planes that are never met.
+const BLOCK: usize = 8;
+
+/// A block of facet planes, one array a coordinate.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    normal: [[f32; BLOCK]; 3],
+    offset: [f32; BLOCK],
+}
+
+/// The half-spaces whose intersection is the stone.
+#[derive(Debug, Clone)]
+pub(crate) struct Planes {
+    blocks: Vec<Block>,
+    normals: Vec<Vec3>,
+    exact: Vec<FacetPlane>,
+}
+
+/// Where a ray leaves a convex stone.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Exit {
+    /// Length of the segment, mm; never negative.
+    pub distance: f32,
+    /// Index of the facet.
+    pub facet: usize,
+}
+
+/// Where a camera ray enters a convex stone.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Entry {
+    pub point: DVec3,
+    pub facet: usize,
+}
+
+impl Planes {
+    pub fn new(facets: &[FacetPlane]) -> Self {
+        // A padding plane has no direction, so that no ray ever runs towards it.
+        let empty = Block { normal: [[0.0; BLOCK]; 3], offset: [1.0; BLOCK] };
+        let mut blocks = vec![empty; facets.len().div_ceil(BLOCK)];
+        for (i, facet) in facets.iter().enumerate() {
+            let (block, lane) = (&mut blocks[i / BLOCK], i % BLOCK);
+            for (axis, coordinate) in facet.normal.to_array().into_iter().enumerate() {
+                block.normal[axis][lane] = coordinate as f32;
+            }
+            block.offset[lane] = facet.offset as f32;
+        }
+        let normals = facets.iter().map(|f| f.normal.as_vec3()).collect();
+        Planes { blocks, normals, exact: facets.to_vec() }
+    }
+
+    /// The unit outward normal of a facet.
+    #[inline]
+    pub fn normal(&self, facet: usize) -> Vec3 {
+        self.normals[facet]
+    }
+
+    /// The facet through which a ray from inside leaves: the nearest plane that it runs towards.
+    ///
+    /// No epsilon: a ray never runs towards the facet it has just been reflected by, and a start that
+    /// rounding put beyond a plane leaves through it at distance 0. Ties go to the lowest index.
+    #[inline]
+    pub fn exit(&self, origin: Vec3, direction: Vec3) -> Exit {
+        let mut nearest = [f32::INFINITY; BLOCK];
+        let mut place = [0u32; BLOCK];
+        for (b, block) in self.blocks.iter().enumerate() {
+            for lane in 0..BLOCK {
+                let [x, y, z] = [block.normal[0][lane], block.normal[1][lane], block.normal[2][lane]];
+                let towards = x * direction.x + y * direction.y + z * direction.z;
+                let gap = block.offset[lane] - (x * origin.x + y * origin.y + z * origin.z);
+                let distance = if towards > 0.0 { gap.max(0.0) / towards } else { f32::INFINITY };
+                let closer = distance < nearest[lane];
+                nearest[lane] = if closer { distance } else { nearest[lane] };
+                place[lane] = if closer { b as u32 } else { place[lane] };
+            }
+        }
+        let mut best = Exit { distance: f32::INFINITY, facet: usize::MAX };
+        for lane in 0..BLOCK {
+            let facet = place[lane] as usize * BLOCK + lane;
+            if nearest[lane] < best.distance || (nearest[lane] == best.distance && facet < best.facet) {
+                best = Exit { distance: nearest[lane], facet };
+            }
+        }
+        best
+    }
+
+    /// Where a camera ray from outside meets the stone, in double precision: it is done once a sample.
+    pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<Entry> {
+        let (mut near, mut far) = ((0.0, usize::MAX), f64::INFINITY);
+        for (index, plane) in self.exact.iter().enumerate() {
+            let towards = plane.normal.dot(direction);
+            let gap = plane.offset - plane.normal.dot(origin);
+            if towards < 0.0 {
+                if gap / towards > near.0 {
+                    near = (gap / towards, index);
+                }
+            } else if towards > 0.0 {
+                far = far.min(gap / towards);
+            } else if gap < 0.0 {
+                return None;
+            }
+        }
+        let (distance, facet) = near;
+        (facet != usize::MAX && distance <= far).then(|| Entry { point: origin + direction * distance, facet })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cube() -> Planes {
+        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
+        let facets: Vec<_> = axes
+            .into_iter()
+            .flat_map(|n| [n, -n])
+            .map(|normal| FacetPlane { normal, offset: 1.0, stone: 0 })
+            .collect();
+        Planes::new(&facets)
+    }
+
+    #[test]
+    fn rays_enter_and_leave_a_cube_where_they_should() {
+        let cube = cube();
+        let entry = cube.entry(DVec3::new(0.25, 0.0, 5.0), -DVec3::Z).unwrap();
+        assert_eq!((entry.point, entry.facet), (DVec3::new(0.25, 0.0, 1.0), 4));
+        assert!(cube.entry(DVec3::new(1.25, 0.0, 5.0), -DVec3::Z).is_none());
+        assert!(cube.entry(DVec3::new(0.0, 0.0, -5.0), -DVec3::Z).is_none());
+        let exit = cube.exit(Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.6, 0.0, 0.8));
+        assert_eq!(exit.facet, 0);
+        assert!((exit.distance - 0.5 / 0.6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_start_beyond_a_plane_leaves_through_it_at_once() {
+        let exit = cube().exit(Vec3::new(1.000_001, 0.0, 0.0), Vec3::new(0.01, 1.0, 0.0).normalize());
+        assert_eq!((exit.facet, exit.distance), (0, 0.0));
+    }
+}

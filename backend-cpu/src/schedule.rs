@@ -1,0 +1,233 @@
+//! Hands pixels out to worker threads and collects them: tiles, progress, cancelling.
+//!
+//! Each pixel sample is computed by one task alone and added to the film in sample order, so the picture
+//! does not depend on the number of threads, the size of the tiles, or the order in which they finish.
+
+use crate::account::{Account, Ledger};
+use rayon::prelude::*;
+use spectral_core::{
+    Error,
+    film::{Film, PixelSample, Tile, TileSums},
+    prepare::{PreparedScene, SpectralTable},
+    tracer::{OpenOptions, Progress, TraceReport},
+};
+use std::ops::{ControlFlow, Range};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+/// Computes one pixel sample.
+pub(crate) trait PixelTracer: Sync {
+    /// Buffers that a worker keeps from pixel to pixel.
+    type Scratch: Default;
+
+    /// Fills `radiance` with one value a wavelength along the camera ray through image point `at`; returns
+    /// whether it meets a stone. May give up, with any values, once `stop` is set.
+    fn sample(
+        &self,
+        at: [f64; 2],
+        sample: u32,
+        radiance: &mut [f64],
+        work: &mut Work<'_, Self::Scratch>,
+    ) -> bool;
+}
+
+/// What a worker carries along.
+pub(crate) struct Work<'a, S> {
+    pub account: Account,
+    pub scratch: &'a mut S,
+    pub stop: &'a AtomicBool,
+}
+
+/// Edge of a tile unless the caller has a wish, pixels.
+const TILE: u32 = 16;
+/// The most memory one tile's samples take, bytes.
+const TILE_BYTES: usize = 4 << 20;
+/// The most samples of a pixel in one pass over the picture: partial pictures are even.
+const PASS: u32 = 16;
+/// How often the caller's progress function is called at least.
+const HEARTBEAT: Duration = Duration::from_millis(50);
+
+/// A finished tile on its way to the film.
+struct Finished {
+    sums: TileSums,
+    ledger: Ledger,
+}
+
+/// Adds `samples` of every pixel to `film`.
+pub(crate) fn trace<K: PixelTracer>(
+    kernel: &K,
+    scene: &PreparedScene,
+    options: &OpenOptions,
+    samples: Range<u32>,
+    film: &mut Film,
+    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+) -> Result<TraceReport, Error> {
+    check(scene, &samples, film)?;
+    let start = Instant::now();
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))?;
+    let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
+    let tiles = tiles(scene.width, scene.height, tile);
+    let mut run = Run { scene, film, progress, ledger: Ledger::default(), done: 0, total: 0 };
+    run.total = u64::from(scene.width) * u64::from(scene.height) * samples.len() as u64;
+    let pass = samples_a_pass(tile, film_wavelengths(scene));
+    let mut finished = true;
+    for first in samples.clone().step_by(pass as usize) {
+        let range = first..samples.end.min(first.saturating_add(pass));
+        finished = run.pass(kernel, &pool, &tiles, range)?;
+        if !finished {
+            break;
+        }
+    }
+    Ok(TraceReport {
+        finished,
+        rays: run.ledger.rays(),
+        energy: run.ledger.energy(),
+        build: Duration::ZERO,
+        trace: start.elapsed(),
+    })
+}
+
+fn check(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> Result<(), Error> {
+    if (film.width(), film.height(), film.wavelength_count())
+        != (scene.width, scene.height, film_wavelengths(scene))
+    {
+        let found = format!("{} × {} with {} wavelengths", film.width(), film.height(), film.wavelength_count());
+        return Err(Error::value("film", found, "the film of this scene, from Film::new"));
+    }
+    if samples.end > scene.settings.samples {
+        let expected = format!("samples within the {} prepared", scene.settings.samples);
+        return Err(Error::value("samples", format!("{samples:?}"), expected));
+    }
+    Ok(())
+}
+
+fn film_wavelengths(scene: &PreparedScene) -> usize {
+    if scene.settings.spectral { scene.wavelength_count() } else { 0 }
+}
+
+fn samples_a_pass(tile: u32, wavelengths: usize) -> u32 {
+    let sample = size_of::<PixelSample>() + wavelengths * size_of::<f32>();
+    let fit = TILE_BYTES / (tile as usize * tile as usize * sample);
+    (fit as u32).clamp(1, PASS)
+}
+
+fn tiles(width: u32, height: u32, edge: u32) -> Vec<Tile> {
+    let steps = |length: u32| (0..length).step_by(edge as usize).map(move |at| (at, edge.min(length - at)));
+    steps(height)
+        .flat_map(|(y, height)| steps(width).map(move |(x, width)| Tile { x, y, width, height }))
+        .collect()
+}
+
+fn device_error(message: String) -> Error {
+    Error::Device { device: "cpu".into(), message }
+}
+
+/// The caller's side of a trace.
+struct Run<'a> {
+    scene: &'a PreparedScene,
+    film: &'a mut Film,
+    progress: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ledger: Ledger,
+    done: u64,
+    total: u64,
+}
+
+impl Run<'_> {
+    /// One pass over all tiles; false if the caller broke it off.
+    fn pass<K: PixelTracer>(
+        &mut self,
+        kernel: &K,
+        pool: &rayon::ThreadPool,
+        tiles: &[Tile],
+        samples: Range<u32>,
+    ) -> Result<bool, Error> {
+        let stop = AtomicBool::new(false);
+        let scene = self.scene;
+        // Bounded, so that a slow reader holds the workers back rather than filling memory.
+        let (sender, receiver) = mpsc::sync_channel::<Finished>(2 * pool.current_num_threads());
+        std::thread::scope(|scope| {
+            let stop = &stop;
+            let samples = &samples;
+            let workers = scope.spawn(move || {
+                pool.install(|| {
+                    tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
+                        if let Some(finished) = work(kernel, scene, tile, samples.clone(), stop) {
+                            // The receiver is gone only when the caller failed; nothing is left to tell.
+                            let _ = sender.send(finished);
+                        }
+                    });
+                });
+            });
+            let collected = self.collect(&receiver, stop);
+            stop.store(collected.is_err() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
+            drop(receiver);
+            workers.join().map_err(|_| device_error("a worker thread panicked".into()))?;
+            collected
+        })?;
+        Ok(!stop.load(Ordering::Relaxed))
+    }
+
+    fn collect(&mut self, receiver: &mpsc::Receiver<Finished>, stop: &AtomicBool) -> Result<(), Error> {
+        loop {
+            match receiver.recv_timeout(HEARTBEAT) {
+                Ok(finished) => {
+                    self.film.add(&finished.sums)?;
+                    self.ledger += finished.ledger;
+                    self.done += finished.sums.samples.len() as u64;
+                }
+                Err(mpsc::RecvTimeoutError::Timeout) => {}
+                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(()),
+            }
+            let progress = Progress { done: self.done, total: self.total };
+            if (self.progress)(progress).is_break() {
+                stop.store(true, Ordering::Relaxed);
+            }
+        }
+    }
+}
+
+/// Computes a tile; `None` if it was broken off.
+fn work<K: PixelTracer>(
+    kernel: &K,
+    scene: &PreparedScene,
+    tile: Tile,
+    samples: Range<u32>,
+    stop: &AtomicBool,
+) -> Option<Finished> {
+    let count = scene.wavelength_count();
+    let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
+    let (mut ledger, mut radiance, mut scratch) = (Ledger::default(), vec![0.0; count], K::Scratch::default());
+    for y in tile.y..tile.y + tile.height {
+        for x in tile.x..tile.x + tile.width {
+            for sample in samples.clone() {
+                let offset = spectral_core::settings::pixel_offset(sample, scene.settings.samples);
+                let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
+                let mut work = Work { account: Account::default(), scratch: &mut scratch, stop };
+                let covered = kernel.sample(at, sample, &mut radiance, &mut work);
+                if stop.load(Ordering::Relaxed) {
+                    return None;
+                }
+                ledger.enter(count, &work.account);
+                sums.samples.push(seen(scene.table(sample), &radiance, covered));
+                if scene.settings.spectral {
+                    sums.radiance.extend(radiance.iter().map(|r| *r as f32));
+                }
+            }
+        }
+    }
+    Some(Finished { sums, ledger })
+}
+
+fn seen(table: &SpectralTable, radiance: &[f64], covered: bool) -> PixelSample {
+    let mut xyz = [0.0; 3];
+    for (weight, value) in table.response.iter().zip(radiance) {
+        for c in 0..3 {
+            xyz[c] += weight[c] * value;
+        }
+    }
+    PixelSample { xyz: xyz.map(|v| v as f32), coverage: f32::from(u8::from(covered)) }
+}

@@ -1,0 +1,169 @@
+//! The scene's surfaces in single precision: which one a ray crosses next, and between which media.
+//!
+//! A ray knows the stones it is in ([`Nest`]). It can only enter a stone it is outside of and leave one it is
+//! inside of; candidates that say otherwise (the surface it starts on, a touching stone's face) are passed
+//! over. What remains of self-intersection is handled by an error bound rather than an offset: rounding puts
+//! the start at most [`Surfaces::margin`] beyond a plane, so hits that little behind the start still count.
+
+use accel::{Bvh, Hit, Ray};
+use glam::Vec3;
+use spectral_core::{
+    Error,
+    prepare::{Nest, PreparedScene, Rank},
+};
+
+/// A facet plane in single precision.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    normal: Vec3,
+    offset: f32,
+    rank: Rank,
+}
+
+/// The next optical surface on a ray: media differ before and after it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing {
+    /// mm along the ray; never negative.
+    pub distance: f32,
+    /// Unit normal on the side the ray comes from.
+    pub normal: Vec3,
+    /// The stones the ray is in as it arrives.
+    pub before: Nest,
+    /// The stones it is in if it goes through.
+    pub after: Nest,
+}
+
+/// All stones' surfaces behind one SBVH.
+#[derive(Debug)]
+pub(crate) struct Surfaces {
+    bvh: Bvh,
+    facet_of: Vec<u32>,
+    planes: Vec<Plane>,
+    material_of_rank: Vec<u32>,
+    /// Largest distance by which rounding puts the start of a ray beyond the surface it starts on.
+    margin: f32,
+    /// How far behind its start a ray may meet a plane that the start is `margin` beyond: grazing ones lie far.
+    behind: f32,
+    /// Distance between surfaces in optical contact; 0 where no two stones come near each other.
+    contact: f32,
+}
+
+impl Surfaces {
+    /// Surfaces of one ray that are no optical interface are crossed at most so many times.
+    const MOST_CROSSINGS: usize = 10_000;
+
+    pub fn new(scene: &PreparedScene) -> Result<Self, Error> {
+        let geometry = &scene.geometry;
+        let positions: Vec<Vec3> = geometry.positions.iter().map(|p| p.as_vec3()).collect();
+        let bvh = Bvh::build(&positions, &geometry.triangles, &accel::BuildOptions::default())
+            .map_err(|e| Error::Device { device: "cpu".into(), message: e.to_string() })?;
+        let plane = |f: &spectral_core::prepare::FacetPlane| Plane {
+            normal: f.normal.as_vec3(),
+            offset: f.offset as f32,
+            rank: geometry.stones[f.stone as usize].rank,
+        };
+        let radius = geometry.radius as f32;
+        let material_of_rank =
+            geometry.stone_of_rank.iter().map(|&s| geometry.stones[s as usize].material).collect();
+        Ok(Surfaces {
+            bvh,
+            facet_of: geometry.facet_of.clone(),
+            planes: geometry.facets.iter().map(plane).collect(),
+            material_of_rank,
+            // origin + t·direction rounds three times in each coordinate, plane and vertex once more.
+            margin: 8.0 * f32::EPSILON * radius,
+            behind: 1e-2 * radius,
+            contact: if geometry.contacts { spectral_core::prepare::Geometry::CONTACT as f32 * radius } else { 0.0 },
+        })
+    }
+
+    /// Index of the material of the stone of a rank.
+    #[inline]
+    pub fn material(&self, rank: Rank) -> usize {
+        self.material_of_rank[rank as usize] as usize
+    }
+
+    /// The next optical interface along a ray, or `None` if it meets no more.
+    pub fn next(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Crossing> {
+        let (mut at, mut travelled, mut nest) = (origin, 0.0, nest);
+        for _ in 0..Self::MOST_CROSSINGS {
+            let crossing = self.nearest(at, direction, nest)?;
+            let same = self.optics(crossing.before) == self.optics(crossing.after);
+            if !same {
+                return Some(Crossing { distance: travelled + crossing.distance, ..crossing });
+            }
+            travelled += crossing.distance;
+            at = origin + direction * travelled;
+            nest = crossing.after;
+        }
+        None
+    }
+
+    /// What tells two media apart: the material, or none for air.
+    #[inline]
+    fn optics(&self, nest: Nest) -> Option<u32> {
+        nest.top().map(|rank| self.material_of_rank[rank as usize])
+    }
+
+    /// The nearest surface that the ray can cross, with all that are in contact with it.
+    fn nearest(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Crossing> {
+        let possible = |plane: &Plane| {
+            let leaving = plane.normal.dot(direction) > 0.0;
+            leaving == nest.contains(plane.rank)
+        };
+        let reached = |plane: &Plane| {
+            let gap = plane.offset - plane.normal.dot(origin);
+            let ahead = if plane.normal.dot(direction) > 0.0 { gap } else { -gap };
+            ahead >= -self.margin
+        };
+        let ray = Ray { origin, direction, t_min: -self.behind, t_max: f32::INFINITY };
+        let hit = self.bvh.closest(&ray, |hit| {
+            let plane = self.plane(hit);
+            possible(plane) && reached(plane)
+        })?;
+        let plane = *self.plane(&hit);
+        let distance = self.distance(&plane, &hit, origin, direction);
+        let after = self.with_contacts(origin, direction, distance, &plane, nest);
+        let normal = if plane.normal.dot(direction) > 0.0 { -plane.normal } else { plane.normal };
+        Some(Crossing { distance, normal, before: nest, after })
+    }
+
+    /// Distance to the exact plane; the triangle's own where the ray is too nearly parallel to say.
+    fn distance(&self, plane: &Plane, hit: &Hit, origin: Vec3, direction: Vec3) -> f32 {
+        let towards = plane.normal.dot(direction);
+        let exact = (plane.offset - plane.normal.dot(origin)) / towards;
+        let slack = self.margin / towards.abs().max(1e-6);
+        (if (exact - hit.t).abs() <= slack { exact } else { hit.t }).max(0.0)
+    }
+
+    /// The nest after crossing `first` and every face of another stone that lies on it.
+    fn with_contacts(&self, origin: Vec3, direction: Vec3, distance: f32, first: &Plane, nest: Nest) -> Nest {
+        let mut after = nest.toggled(first.rank);
+        if self.contact == 0.0 {
+            return after;
+        }
+        let towards = first.normal.dot(direction).abs().max(1e-6);
+        let window = self.contact / towards;
+        let ray = Ray { origin, direction, t_min: distance - window, t_max: distance + window };
+        let mut crossed = Nest::default().toggled(first.rank);
+        for _ in 1..Nest::CAPACITY {
+            let contact = self.bvh.closest(&ray, |hit| {
+                let plane = self.plane(hit);
+                let leaving = plane.normal.dot(direction) > 0.0;
+                !crossed.contains(plane.rank)
+                    && leaving == after.contains(plane.rank)
+                    && plane.normal.dot(first.normal).abs() > 0.999
+            });
+            let Some(hit) = contact else { break };
+            let rank = self.plane(&hit).rank;
+            crossed = crossed.toggled(rank);
+            after = after.toggled(rank);
+        }
+        after
+    }
+
+    #[inline]
+    fn plane(&self, hit: &Hit) -> &Plane {
+        &self.planes[self.facet_of[hit.triangle as usize] as usize]
+    }
+}

@@ -1,0 +1,181 @@
+//! The CPU backend: single precision, the SBVH for any scene and a shorter way for one convex stone.
+
+use crate::{
+    chain::Chain,
+    light::Light,
+    line::Line,
+    schedule::{self, PixelTracer, Work},
+    surface::Surfaces,
+    throughput::{Polarized, Throughput},
+    tree::{Ray, Stack, Tree},
+};
+use glam::DVec3;
+use spectral_core::{
+    Error,
+    camera::CameraRay,
+    film::Film,
+    prepare::PreparedScene,
+    scene::Background,
+    stokes::Scalar,
+    tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+};
+use std::marker::PhantomData;
+use std::ops::{ControlFlow, Range};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Opens the CPU for a scene.
+pub(crate) fn open(
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
+    let start = Instant::now();
+    let path = match Chain::new(&scene) {
+        Some(chain) => Path::Chain(chain),
+        None if scene.geometry.stones.is_empty() => Path::Empty,
+        None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?)),
+    };
+    let lines = scene.tables.iter().map(Line::all).collect();
+    let light = Light::new(&scene.environment);
+    let kernel = Kernel { path, lines, light, scene };
+    Ok(Box::new(CpuTracer { device: device.clone(), kernel, options: *options, build: Some(start.elapsed()) }))
+}
+
+struct CpuTracer {
+    device: DeviceInfo,
+    kernel: Kernel,
+    options: OpenOptions,
+    /// Reported by the first call.
+    build: Option<Duration>,
+}
+
+impl Tracer for CpuTracer {
+    fn device(&self) -> &DeviceInfo {
+        &self.device
+    }
+
+    fn trace(
+        &mut self,
+        samples: Range<u32>,
+        film: &mut Film,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<TraceReport, Error> {
+        let (kernel, scene) = (&self.kernel, &*self.kernel.scene);
+        let report = if scene.settings.polarized {
+            let kernel = Typed::<Polarized<f32>>(kernel, PhantomData);
+            schedule::trace(&kernel, scene, &self.options, samples, film, progress)
+        } else {
+            let kernel = Typed::<Scalar<f32>>(kernel, PhantomData);
+            schedule::trace(&kernel, scene, &self.options, samples, film, progress)
+        }?;
+        Ok(TraceReport { build: self.build.take().unwrap_or_default(), ..report })
+    }
+}
+
+/// How paths find their surfaces in this scene.
+enum Path {
+    Empty,
+    Chain(Chain),
+    Tree(Tree),
+}
+
+struct Kernel {
+    path: Path,
+    /// By sample (one entry if all share it), then by wavelength.
+    lines: Vec<Vec<Line>>,
+    light: Light,
+    scene: Arc<PreparedScene>,
+}
+
+/// The kernel for one kind of throughput.
+struct Typed<'a, P>(&'a Kernel, PhantomData<fn() -> P>);
+
+impl<P: Throughput<f32>> PixelTracer for Typed<'_, P> {
+    type Scratch = Stack<P>;
+
+    fn sample(
+        &self,
+        at: [f64; 2],
+        sample: u32,
+        radiance: &mut [f64],
+        work: &mut Work<'_, Stack<P>>,
+    ) -> bool {
+        let kernel = self.0;
+        let lines = &kernel.lines[sample as usize % kernel.lines.len()];
+        let ray = kernel.scene.view.ray(at[0], at[1]);
+        let covered = match &kernel.path {
+            Path::Empty => false,
+            Path::Chain(chain) => kernel.chain::<P>(chain, &ray, lines, radiance, work),
+            Path::Tree(tree) => kernel.tree(tree, &ray, lines, radiance, work),
+        };
+        if !covered {
+            kernel.background(&ray, lines, radiance, work);
+        }
+        covered
+    }
+}
+
+impl Kernel {
+    fn background<S>(&self, ray: &CameraRay, lines: &[Line], radiance: &mut [f64], work: &mut Work<'_, S>) {
+        if self.scene.background == Background::Transparent {
+            radiance.fill(0.0);
+            return;
+        }
+        work.account.rays += lines.len() as u64;
+        let direction = ray.direction.as_vec3();
+        for (value, line) in radiance.iter_mut().zip(lines) {
+            *value = f64::from(self.light.radiance(direction, line));
+        }
+    }
+
+    fn chain<P: Throughput<f32>>(
+        &self,
+        chain: &Chain,
+        ray: &CameraRay,
+        lines: &[Line],
+        radiance: &mut [f64],
+        work: &mut Work<'_, Stack<P>>,
+    ) -> bool {
+        let Some(entry) = chain.planes.entry(ray.origin, ray.direction) else { return false };
+        let direction = ray.direction.as_vec3();
+        for (value, line) in radiance.iter_mut().zip(lines) {
+            let seen = chain.radiance::<P>(&entry, direction, line, &self.light, &mut work.account);
+            *value = f64::from(seen);
+        }
+        true
+    }
+
+    fn tree<P: Throughput<f32>>(
+        &self,
+        tree: &Tree,
+        ray: &CameraRay,
+        lines: &[Line],
+        radiance: &mut [f64],
+        work: &mut Work<'_, Stack<P>>,
+    ) -> bool {
+        let Some(start) = approach(ray, self.scene.geometry.radius) else { return false };
+        let (origin, direction) = (start.as_vec3(), ray.direction.as_vec3());
+        let nest = self.scene.eye_nest;
+        let Some(first) = tree.surfaces.next(origin, direction, nest) else { return false };
+        for (value, line) in radiance.iter_mut().zip(lines) {
+            let throughput = P::eye(direction.to_array());
+            let ray = Ray { origin, direction, throughput, nest, depth: 0 };
+            *value = f64::from(tree.radiance(ray, &first, line, &self.light, work));
+        }
+        true
+    }
+}
+
+/// The point where a camera ray comes near the stones, in double precision: single precision is then spent
+/// on the stones and not on the way to them. `None` if it passes them by.
+fn approach(ray: &CameraRay, radius: f64) -> Option<DVec3> {
+    let reach = radius * 1.001;
+    let middle = -ray.origin.dot(ray.direction);
+    let across2 = (ray.origin + ray.direction * middle).length_squared();
+    let half2 = reach * reach - across2;
+    if half2 < 0.0 || middle + half2.sqrt() < 0.0 {
+        return None;
+    }
+    Some(ray.origin + ray.direction * (middle - half2.sqrt()).max(0.0))
+}

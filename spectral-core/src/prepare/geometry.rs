@@ -1,0 +1,182 @@
+//! The stones' surfaces as flat arrays in local coordinates.
+
+use super::nest::{Nest, Rank};
+use crate::{Error, scene::Stone};
+use glam::DVec3;
+use std::ops::Range;
+
+/// The exact plane of a facet: n·x = offset, n the unit normal out of the stone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FacetPlane {
+    /// Unit, outward.
+    pub normal: DVec3,
+    /// mm from the local origin along the normal.
+    pub offset: f64,
+    /// Index into [`Geometry::stones`].
+    pub stone: u32,
+}
+
+/// One stone's share of the flat arrays.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PreparedStone {
+    /// For messages.
+    pub name: String,
+    /// Its facets.
+    pub facets: Range<u32>,
+    /// Its triangles.
+    pub triangles: Range<u32>,
+    /// Index into [`SpectralTable::media`](super::SpectralTable::media) of its material; equal materials share one.
+    pub material: u32,
+    /// Its place in the order of priority.
+    pub rank: Rank,
+    /// Whether it is convex.
+    pub convex: bool,
+    /// Whether it is a metal.
+    pub conductor: bool,
+    /// Lowest corner of its bounds.
+    pub low: DVec3,
+    /// Highest corner of its bounds.
+    pub high: DVec3,
+}
+
+/// All stones' surfaces. Lengths in mm.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Geometry {
+    /// Vertices.
+    pub positions: Vec<DVec3>,
+    /// Vertex indices, counter-clockwise seen from outside the stone.
+    pub triangles: Vec<[u32; 3]>,
+    /// The facet of each triangle.
+    pub facet_of: Vec<u32>,
+    /// Exact planes.
+    pub facets: Vec<FacetPlane>,
+    /// The stones, in the order of the scene.
+    pub stones: Vec<PreparedStone>,
+    /// The index of the stone of each rank.
+    pub stone_of_rank: Vec<u32>,
+    /// Radius of a sphere about the local origin that holds everything.
+    pub radius: f64,
+    /// Whether two stones come so near each other that their surfaces may be in optical contact.
+    pub contacts: bool,
+}
+
+impl Geometry {
+    /// Surfaces nearer than this share of [`Geometry::radius`] are in optical contact: no air between.
+    ///
+    /// 10 ppm of a 6.5 mm stone's radius is 33 nm, a tenth of a wavelength, across which light tunnels; it
+    /// is also some 80 units in the last place of a single-precision coordinate.
+    pub const CONTACT: f64 = 1e-5;
+
+    /// Places the stones; returns the surfaces and where their local origin lies in the world.
+    pub(super) fn new(stones: &[Stone]) -> Result<(Geometry, DVec3), Error> {
+        let placed = stones.iter().map(Stone::placed).collect::<Result<Vec<_>, _>>()?;
+        let mut low = DVec3::splat(f64::INFINITY);
+        let mut high = -low;
+        for mesh in &placed {
+            let (l, h) = mesh.bounds();
+            (low, high) = (low.min(l), high.max(h));
+        }
+        let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
+        let mut geometry = Geometry { stone_of_rank: order(&placed, stones), ..Geometry::default() };
+        let materials = material_indices(stones);
+        for (index, (mesh, stone)) in placed.iter().zip(stones).enumerate() {
+            geometry.push(mesh, origin);
+            let last = geometry.stones.last_mut().expect("just pushed");
+            last.name.clone_from(&stone.name);
+            last.material = materials[index];
+            last.conductor = stone.material.is_conductor();
+        }
+        for (rank, &stone) in geometry.stone_of_rank.iter().enumerate() {
+            geometry.stones[stone as usize].rank = rank as Rank;
+        }
+        geometry.radius = geometry.positions.iter().map(|p| p.length()).fold(0.0, f64::max);
+        geometry.contacts = geometry.any_near(geometry.radius * Self::CONTACT);
+        Ok((geometry, origin))
+    }
+
+    fn push(&mut self, mesh: &crate::mesh::Mesh, origin: DVec3) {
+        let stone = self.stones.len() as u32;
+        let (vertex, triangle, facet) =
+            (self.positions.len() as u32, self.triangles.len() as u32, self.facets.len() as u32);
+        self.positions.extend(mesh.positions().iter().map(|p| *p - origin));
+        self.triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + vertex)));
+        self.facet_of.extend(mesh.facet_of().iter().map(|f| f + facet));
+        self.facets.extend(mesh.facets().iter().map(|f| {
+            let (normal, offset) = (f.plane.normal, f.plane.offset);
+            FacetPlane { normal, offset: offset - normal.dot(origin), stone }
+        }));
+        let (low, high) = mesh.bounds();
+        self.stones.push(PreparedStone {
+            name: String::new(),
+            facets: facet..self.facets.len() as u32,
+            triangles: triangle..self.triangles.len() as u32,
+            material: 0,
+            rank: 0,
+            convex: mesh.is_convex(),
+            conductor: false,
+            low: low - origin,
+            high: high - origin,
+        });
+    }
+
+    fn any_near(&self, gap: f64) -> bool {
+        let apart = |a: &PreparedStone, b: &PreparedStone| {
+            (a.low - b.high).max_element() > gap || (b.low - a.high).max_element() > gap
+        };
+        self.stones.iter().enumerate().any(|(i, a)| self.stones[..i].iter().any(|b| !apart(a, b)))
+    }
+
+    /// The stone of a rank.
+    pub fn stone(&self, rank: Rank) -> &PreparedStone {
+        &self.stones[self.stone_of_rank[rank as usize] as usize]
+    }
+
+    /// The stones that a point lies in, by their winding number about it (van Oosterom & Strackee 1983).
+    pub fn nest_at(&self, point: DVec3) -> Nest {
+        self.stones
+            .iter()
+            .filter(|s| self.winding(s, point) > 0.5)
+            .fold(Nest::default(), |n, s| n.toggled(s.rank))
+    }
+
+    fn winding(&self, stone: &PreparedStone, point: DVec3) -> f64 {
+        if (stone.low - point).max_element() > 0.0 || (point - stone.high).max_element() > 0.0 {
+            return 0.0;
+        }
+        let triangles = &self.triangles[stone.triangles.start as usize..stone.triangles.end as usize];
+        let solid_angle = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| self.positions[v as usize] - point);
+            let (la, lb, lc) = (a.length(), b.length(), c.length());
+            let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+            2.0 * a.dot(b.cross(c)).atan2(below)
+        };
+        triangles.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+    }
+}
+
+/// Stone indices from the lowest priority to the highest.
+fn order(placed: &[crate::mesh::Mesh], stones: &[Stone]) -> Vec<u32> {
+    let volumes: Vec<f64> = placed.iter().map(|m| m.volume()).collect();
+    let mut order: Vec<u32> = (0..stones.len() as u32).collect();
+    order.sort_by(|&a, &b| {
+        let (a, b) = (a as usize, b as usize);
+        // Descending volume: the smaller one ranks higher.
+        stones[a].priority.cmp(&stones[b].priority).then(volumes[b].total_cmp(&volumes[a])).then(a.cmp(&b))
+    });
+    order
+}
+
+/// For each stone the index of its material among the distinct ones, in order of first use.
+pub(super) fn material_indices(stones: &[Stone]) -> Vec<u32> {
+    let mut distinct: Vec<&Stone> = Vec::new();
+    stones
+        .iter()
+        .map(|stone| {
+            let known = distinct.iter().position(|d| d.material == stone.material);
+            known.unwrap_or_else(|| {
+                distinct.push(stone);
+                distinct.len() - 1
+            }) as u32
+        })
+        .collect()
+}
