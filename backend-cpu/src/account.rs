@@ -27,8 +27,7 @@ impl Ledger {
     pub fn enter(&mut self, started: usize, account: &Account) {
         self.rays += account.rays;
         self.started += started as u64;
-        let parts =
-            [account.dropped_depth, account.dropped_threshold, account.left_at_limit, account.lost];
+        let parts = [account.dropped_depth, account.dropped_threshold, account.left_at_limit, account.lost];
         for (sum, part) in self.energies.iter_mut().zip(parts) {
             *sum += (part * UNIT) as u128;
         }

@@ -61,7 +61,8 @@ impl Chain {
         let normal = self.planes.normal(entry.facet);
         let cos_i = -normal.dot(direction);
         let event = dielectric(cos_i, 1.0 / n);
-        let [outer, inner] = P::eye(direction.to_array()).split(direction.to_array(), normal.to_array(), &event);
+        let [outer, inner] =
+            P::eye(direction.to_array()).split(direction.to_array(), normal.to_array(), &event);
         account.rays += 2;
         let mirrored = light.radiance(reflected(direction, normal), line) * outer.intensity();
         if inner.intensity() < self.threshold {
@@ -88,8 +89,7 @@ impl Chain {
             let normal = self.planes.normal(facet);
             let cos_i = normal.dot(ray.direction);
             let event = dielectric(cos_i, medium.n);
-            let [inner, outer] =
-                ray.throughput.split(ray.direction.to_array(), normal.to_array(), &event);
+            let [inner, outer] = ray.throughput.split(ray.direction.to_array(), normal.to_array(), &event);
             account.rays += 1;
             if !event.tir {
                 let out = refracted(ray.direction, -normal, cos_i, event.cos_t, medium.n);

@@ -85,7 +85,8 @@ mod tests {
             // A spiral over the sphere, poles included.
             let z = 1.0 - 2.0 * f64::from(k) / 9_999.0;
             let angle = 2.399_963 * f64::from(k);
-            let direction = DVec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z);
+            let direction =
+                DVec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z);
             let exact = environment.rgb(direction);
             let found = light.rgb(direction.as_vec3());
             for c in 0..3 {

@@ -105,7 +105,8 @@ impl Planes {
             }
         }
         let (distance, facet) = near;
-        (facet != usize::MAX && distance <= far).then(|| Entry { point: origin + direction * distance, facet })
+        (facet != usize::MAX && distance <= far)
+            .then(|| Entry { point: origin + direction * distance, facet })
     }
 }
 

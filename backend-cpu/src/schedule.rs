@@ -95,7 +95,8 @@ fn check(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> Result<(),
     if (film.width(), film.height(), film.wavelength_count())
         != (scene.width, scene.height, film_wavelengths(scene))
     {
-        let found = format!("{} × {} with {} wavelengths", film.width(), film.height(), film.wavelength_count());
+        let found =
+            format!("{} × {} with {} wavelengths", film.width(), film.height(), film.wavelength_count());
         return Err(Error::value("film", found, "the film of this scene, from Film::new"));
     }
     if samples.end > scene.settings.samples {
@@ -200,7 +201,8 @@ fn work<K: PixelTracer>(
 ) -> Option<Finished> {
     let count = scene.wavelength_count();
     let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
-    let (mut ledger, mut radiance, mut scratch) = (Ledger::default(), vec![0.0; count], K::Scratch::default());
+    let (mut ledger, mut radiance, mut scratch) =
+        (Ledger::default(), vec![0.0; count], K::Scratch::default());
     for y in tile.y..tile.y + tile.height {
         for x in tile.x..tile.x + tile.width {
             for sample in samples.clone() {

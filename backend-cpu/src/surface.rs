@@ -73,7 +73,11 @@ impl Surfaces {
             // origin + t·direction rounds three times in each coordinate, plane and vertex once more.
             margin: 8.0 * f32::EPSILON * radius,
             behind: 1e-2 * radius,
-            contact: if geometry.contacts { spectral_core::prepare::Geometry::CONTACT as f32 * radius } else { 0.0 },
+            contact: if geometry.contacts {
+                spectral_core::prepare::Geometry::CONTACT as f32 * radius
+            } else {
+                0.0
+            },
         })
     }
 

@@ -39,7 +39,12 @@ pub(crate) fn open(
     let lines = scene.tables.iter().map(Line::all).collect();
     let light = Light::new(&scene.environment);
     let kernel = Kernel { path, lines, light, scene };
-    Ok(Box::new(CpuTracer { device: device.clone(), kernel, options: *options, build: Some(start.elapsed()) }))
+    Ok(Box::new(CpuTracer {
+        device: device.clone(),
+        kernel,
+        options: *options,
+        build: Some(start.elapsed()),
+    }))
 }
 
 struct CpuTracer {
@@ -94,13 +99,7 @@ struct Typed<'a, P>(&'a Kernel, PhantomData<fn() -> P>);
 impl<P: Throughput<f32>> PixelTracer for Typed<'_, P> {
     type Scratch = Stack<P>;
 
-    fn sample(
-        &self,
-        at: [f64; 2],
-        sample: u32,
-        radiance: &mut [f64],
-        work: &mut Work<'_, Stack<P>>,
-    ) -> bool {
+    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_, Stack<P>>) -> bool {
         let kernel = self.0;
         let lines = &kernel.lines[sample as usize % kernel.lines.len()];
         let ray = kernel.scene.view.ray(at[0], at[1]);

@@ -128,9 +128,8 @@ impl<P: Throughput<f32>> Walk<'_, P> {
             self.account.dropped_threshold += f64::from(intensity);
             return None;
         }
-        let [mirrored, through] = self.split(&ray, crossing, here, beyond);
-        let kept = (self.worthwhile(mirrored), through.and_then(|t| self.worthwhile(t)));
-        match kept {
+        let (mirrored, through) = self.split(&ray, crossing, here, beyond);
+        match (self.worthwhile(Some(mirrored)), self.worthwhile(through)) {
             (Some(a), Some(b)) => {
                 let weaker_first = b.throughput.intensity() > a.throughput.intensity();
                 let (strong, weak) = if weaker_first { (b, a) } else { (a, b) };
@@ -142,7 +141,13 @@ impl<P: Throughput<f32>> Walk<'_, P> {
     }
 
     /// The two children of an event; the second is absent under total reflection and at metals.
-    fn split(&self, ray: &Ray<P>, crossing: &Crossing, here: Medium, beyond: Medium) -> [Option<Ray<P>>; 2] {
+    fn split(
+        &self,
+        ray: &Ray<P>,
+        crossing: &Crossing,
+        here: Medium,
+        beyond: Medium,
+    ) -> (Ray<P>, Option<Ray<P>>) {
         let (event, cos_i) = interface(ray.direction, crossing.normal, here, beyond);
         let [back, on] = ray.throughput.split(ray.direction.to_array(), crossing.normal.to_array(), &event);
         let origin = ray.origin + ray.direction * crossing.distance;
@@ -150,10 +155,10 @@ impl<P: Throughput<f32>> Walk<'_, P> {
         let direction = reflected(ray.direction, crossing.normal);
         let mirrored = Ray { origin, direction, throughput: back, nest: crossing.before, depth };
         if event.tir || beyond.k > 0.0 {
-            return [Some(mirrored), None];
+            return (mirrored, None);
         }
         let direction = refracted(ray.direction, crossing.normal, cos_i, event.cos_t, here.n / beyond.n);
-        [Some(mirrored), Some(Ray { origin, direction, throughput: on, nest: crossing.after, depth })]
+        (mirrored, Some(Ray { origin, direction, throughput: on, nest: crossing.after, depth }))
     }
 
     /// The ray itself if it goes on: inside a stone only above the threshold, and never with nothing.
