@@ -1,1 +1,84 @@
-//! (to be written)
+//! Cuts: stones as a faceter describes them, one plane a facet.
+//!
+//! A cut is the intersection of its facets' half-spaces. [`Cut::solid`] finds that solid's vertices and edges and keeps
+//! each facet's plane exactly as designed; [`Proportions`] measures it.
+
+use crate::{Error, Warning, mesh::Mesh, mesh::Plane};
+
+mod polytope;
+mod proportion;
+mod solid;
+
+pub use proportion::Proportions;
+
+/// One facet of a [`Cut`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct CutFacet {
+    /// Where it is cut; the stone lies behind it.
+    pub plane: Plane,
+    /// The designer's name for its tier or for itself (`"C1"`, `"table"`).
+    pub name: Option<String>,
+    /// What the faceter is told (`"Meet C1-G"`).
+    pub instructions: Option<String>,
+}
+
+impl CutFacet {
+    /// A facet with a name.
+    pub fn named(plane: Plane, name: impl Into<String>) -> Self {
+        CutFacet { plane, name: Some(name.into()), instructions: None }
+    }
+}
+
+impl From<Plane> for CutFacet {
+    fn from(plane: Plane) -> Self {
+        CutFacet { plane, name: None, instructions: None }
+    }
+}
+
+/// A faceting design. +z is the table's normal; the unit of length is the design's own.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Cut {
+    /// The facets, in the order of the design.
+    pub facets: Vec<CutFacet>,
+    /// Title lines.
+    pub title: Vec<String>,
+    /// Closing remarks.
+    pub footnotes: Vec<String>,
+    /// Teeth of the index gear, negative where it counts clockwise; for information.
+    pub gear: Option<i32>,
+    /// The index of refraction the design was made for; for information.
+    pub index_of_refraction: Option<f64>,
+}
+
+impl Cut {
+    /// The most facets a cut may have. The largest published designs have about a thousand.
+    pub const MAX_FACETS: usize = 10_000;
+
+    /// The convex solid behind all facets, with one facet of the mesh for each facet of the cut that touches it, in the
+    /// cut's order and with the cut's own plane.
+    ///
+    /// Published designs close only approximately: three facets meant to meet in a point leave an edge of 1e-7 or 1e-3
+    /// of the stone. Edges shorter than 1e-6 of the stone's radius are contracted, so vertices lie within that of the
+    /// planes and, where exactly three facets meet, at their exact meet; longer edges are kept as designed. Facets that
+    /// do not touch the solid, or repeat another, are left out and reported.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a plane that is not finite or too many facets; [`Error::Solid`] where the facets leave the
+    /// solid unbounded (the direction is named) or empty.
+    ///
+    /// ```
+    /// use spectral_core::{cut::{Cut, CutFacet}, mesh::Plane};
+    /// let side = |azimuth| CutFacet::from(Plane::from_angles(90.0, azimuth, 0.5));
+    /// let mut facets: Vec<CutFacet> = [0.0, 90.0, 180.0, 270.0].map(side).into();
+    /// facets.push(CutFacet::named(Plane::from_angles(0.0, 0.0, 0.5), "table"));
+    /// let mut cut = Cut { facets, ..Cut::default() };
+    /// assert!(cut.solid().unwrap_err().to_string().contains("towards -z"));
+    /// cut.facets.push(Plane::from_angles(-0.0, 0.0, 0.5).into());
+    /// let (cube, warnings) = cut.solid()?;
+    /// assert!(warnings.is_empty() && (cube.volume() - 1.0).abs() < 1e-14);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn solid(&self) -> Result<(Mesh, Vec<Warning>), Error> {
+        solid::build(&self.facets)
+    }
+}

@@ -1,1 +1,332 @@
-//! (to be written)
+//! Closed triangle meshes whose triangles are grouped into planar facets.
+//!
+//! A stone is bounded by polished planes. Backends may intersect triangles, but what a ray does at the surface is
+//! decided by the facet's one exact [`Plane`], so that two triangles of a facet never differ by their rounding.
+//! [`Mesh::from_triangles`] takes anything a file holds, repairs what can be repaired without guessing (and says so in
+//! [`Warning`]s), and refuses the rest with the place of the fault.
+
+use glam::{DMat3, DVec3};
+
+use crate::{Error, Warning};
+
+mod convexity;
+mod facet;
+mod polygon;
+mod topology;
+mod weld;
+
+/// An oriented plane `normal · x = offset`; the solid lies where `normal · x <= offset`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// Unit vector pointing out of the solid.
+    pub normal: DVec3,
+    /// Signed distance of the plane from the origin along `normal`, in the solid's unit of length.
+    pub offset: f64,
+}
+
+impl Plane {
+    /// The plane `normal · x = offset` for a `normal` of any length; both are divided by that length.
+    ///
+    /// # Errors
+    /// When a figure is not finite or the normal has no length.
+    ///
+    /// ```
+    /// use {glam::DVec3, spectral_core::mesh::Plane};
+    /// let plane = Plane::new(DVec3::new(0.0, 0.0, 2.0), 1.0)?;
+    /// assert_eq!(plane.distance(DVec3::ZERO), -0.5);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn new(normal: DVec3, offset: f64) -> Result<Self, Error> {
+        // Dividing by the largest component first keeps the length from over- or underflowing.
+        let largest = normal.abs().max_element();
+        let unit = (normal / largest).normalize_or_zero();
+        let length = (normal / largest).length() * largest;
+        let plane = Plane { normal: unit, offset: offset / length };
+        if normal.is_finite() && unit != DVec3::ZERO && plane.offset.is_finite() {
+            return Ok(plane);
+        }
+        Err(Error::value(
+            "plane",
+            format!("normal {normal}, offset {offset}"),
+            "give finite figures and a normal that is not zero",
+        ))
+    }
+
+    /// The plane a faceting machine cuts, in the convention of GemCad's text format: `angle` in degrees from the
+    /// horizontal (0 the table, 90 the girdle; a negative sign, that of −0.0 included, means the pavilion), `azimuth`
+    /// in degrees clockwise from +y as seen from +z, `distance` from the origin.
+    ///
+    /// ```
+    /// use {glam::DVec3, spectral_core::mesh::Plane};
+    /// let plane = Plane::from_angles(-90.0, 90.0, 1.0);
+    /// assert!((plane.normal - DVec3::X).length() < 1e-15);
+    /// ```
+    pub fn from_angles(angle: f64, azimuth: f64, distance: f64) -> Self {
+        let (sin_tilt, cos_tilt) = sin_cos_degrees(angle.abs());
+        let (sin_azimuth, cos_azimuth) = sin_cos_degrees(azimuth);
+        let up = if angle.is_sign_negative() { -cos_tilt } else { cos_tilt };
+        Plane { normal: DVec3::new(sin_azimuth * sin_tilt, cos_azimuth * sin_tilt, up), offset: distance }
+    }
+
+    /// Signed distance of `point` from the plane, positive outside the solid.
+    #[inline]
+    pub fn distance(&self, point: DVec3) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// The plane after `x -> scale · rotation · x + translation`.
+    fn transformed(&self, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
+        let normal = (rotation * self.normal).normalize();
+        Plane { normal, offset: scale * self.offset + normal.dot(translation) }
+    }
+}
+
+/// Sine and cosine of an angle in degrees, exact at the multiples of 90°: tables and girdles must come out exactly level
+/// and exactly upright.
+fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
+    let turn = degrees.rem_euclid(360.0);
+    let quarter = (turn / 90.0).round();
+    let (sin, cos) = (turn - 90.0 * quarter).to_radians().sin_cos();
+    match quarter as u8 {
+        1 => (cos, -sin),
+        2 => (-sin, -cos),
+        3 => (-cos, sin),
+        _ => (sin, cos),
+    }
+}
+
+/// One planar facet of a [`Mesh`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Facet {
+    /// The facet's plane: exact where the mesh was made from planes, fitted where it was made from triangles.
+    pub plane: Plane,
+    /// The designer's name for it, if there is one.
+    pub name: Option<String>,
+}
+
+/// How [`Mesh::from_triangles`] joins vertices and groups triangles. Lengths are fractions of the mesh's extent, the
+/// longest side of its bounding box.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeshOptions {
+    /// Vertices nearer than this are joined, but only where the mesh does not close with exact duplicates alone joined.
+    pub weld: f64,
+    /// Triangles whose normals differ from the facet's by at most this, in degrees, may belong to it.
+    pub coplanar_angle: f64,
+    /// Triangles whose vertices are all within this of the facet's plane may belong to it. Raise it for noisy scans.
+    pub coplanar_distance: f64,
+}
+
+impl Default for MeshOptions {
+    fn default() -> Self {
+        MeshOptions { weld: 1e-7, coplanar_angle: 0.1, coplanar_distance: 1e-5 }
+    }
+}
+
+impl MeshOptions {
+    fn check(&self) -> Result<(), Error> {
+        let fields = [
+            ("weld", self.weld, 0.01),
+            ("coplanar_angle", self.coplanar_angle, 45.0),
+            ("coplanar_distance", self.coplanar_distance, 0.01),
+        ];
+        for (name, value, most) in fields {
+            if !(0.0..=most).contains(&value) {
+                return Err(Error::value(name, value, format!("give a figure from 0 to {most}")));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A closed, outward-oriented triangle mesh whose triangles are grouped into planar facets with exact planes.
+///
+/// Every edge has as many triangles running along it one way as the other, and the enclosed volume is positive.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mesh {
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    facet_of: Vec<u32>,
+    facets: Vec<Facet>,
+    shells: usize,
+    convex: bool,
+}
+
+impl Mesh {
+    /// A mesh from loose triangles, as files hold them: `triangles` index `positions`, counter-clockwise seen from
+    /// outside, in any unit of length.
+    ///
+    /// Coincident vertices are joined, triangles without area dropped, triangles wound against their neighbours turned,
+    /// a wholly inverted mesh turned inside out; each is reported. Several shells may be given, an inward one being
+    /// a cavity. Connected coplanar triangles become one [`Facet`] with the area-weighted best plane.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for no triangles, an index or coordinate out of range or not finite; [`Error::Solid`] for
+    /// a surface that is open, non-manifold, not orientable or without volume, with the place.
+    ///
+    /// ```
+    /// use {glam::DVec3, spectral_core::mesh::{Mesh, MeshOptions}};
+    /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    /// let (mesh, warnings) = Mesh::from_triangles(corners, faces, &MeshOptions::default())?;
+    /// assert!(warnings.is_empty() && mesh.is_convex());
+    /// assert!((mesh.volume() - 1.0 / 6.0).abs() < 1e-15);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn from_triangles(
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+        options: &MeshOptions,
+    ) -> Result<(Mesh, Vec<Warning>), Error> {
+        options.check()?;
+        weld::check_input(&positions, &triangles)?;
+        let mut warnings = Vec::new();
+        let surface = weld::close(&positions, &triangles, options.weld, &mut warnings)?;
+        let grouped = facet::group(&surface, options);
+        let mut mesh = Mesh {
+            positions: surface.positions,
+            triangles: surface.triangles,
+            facet_of: grouped.facet_of,
+            facets: grouped.planes.into_iter().map(|plane| Facet { plane, name: None }).collect(),
+            shells: surface.shells,
+            convex: false,
+        };
+        mesh.convex = convexity::is_convex(&mesh, &surface.across);
+        Ok((mesh, warnings))
+    }
+
+    /// A convex mesh from one polygon a facet, each a loop of indices into `positions`, counter-clockwise seen from
+    /// outside. The caller vouches that the polygons close.
+    pub(crate) fn from_polygons(positions: Vec<DVec3>, polygons: &[Vec<u32>], facets: Vec<Facet>) -> Mesh {
+        let (mut triangles, mut facet_of) = (Vec::new(), Vec::new());
+        for (k, loop_) in polygons.iter().enumerate() {
+            polygon::triangulate(&positions, loop_, &mut triangles);
+            facet_of.resize(triangles.len(), k as u32);
+        }
+        Mesh { positions, triangles, facet_of, facets, shells: 1, convex: true }
+    }
+
+    /// The vertices.
+    pub fn positions(&self) -> &[DVec3] {
+        &self.positions
+    }
+
+    /// Three indices into [`positions`](Self::positions) a triangle, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// For each triangle its facet, an index into [`facets`](Self::facets).
+    pub fn facet_of(&self) -> &[u32] {
+        &self.facet_of
+    }
+
+    /// The planar facets.
+    pub fn facets(&self) -> &[Facet] {
+        &self.facets
+    }
+
+    /// The number of connected closed surfaces, counting cavities.
+    pub fn shells(&self) -> usize {
+        self.shells
+    }
+
+    /// Whether the solid is the intersection of its facets' half-spaces, to 1e-6 of its extent.
+    pub fn is_convex(&self) -> bool {
+        self.convex
+    }
+
+    /// The least and the greatest corner of the axis-aligned bounding box.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        bounds(&self.positions)
+    }
+
+    /// The enclosed volume; always positive.
+    pub fn volume(&self) -> f64 {
+        signed_volume(&self.positions, &self.triangles)
+    }
+
+    /// The area of the whole surface.
+    pub fn area(&self) -> f64 {
+        self.facet_areas().iter().sum()
+    }
+
+    /// The area of each facet, the sum over its triangles.
+    pub fn facet_areas(&self) -> Vec<f64> {
+        let mut areas = vec![0.0; self.facets.len()];
+        for (triangle, &k) in self.triangles.iter().zip(&self.facet_of) {
+            areas[k as usize] += 0.5 * cross(&self.positions, triangle).length();
+        }
+        areas
+    }
+
+    /// The mesh after `x -> scale · rotation · x + translation`; the planes are carried along, not fitted anew.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a `scale` that is not positive, a `rotation` that is not one (a reflection would turn the
+    /// mesh inside out), or a figure that is not finite.
+    ///
+    /// ```
+    /// use {glam::{DMat3, DVec3}, spectral_core::mesh::{Mesh, MeshOptions}};
+    /// let corners = vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+    /// let faces = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+    /// let (mesh, _) = Mesh::from_triangles(corners, faces, &MeshOptions::default())?;
+    /// let twice = mesh.transformed(DMat3::IDENTITY, 2.0, DVec3::ZERO)?;
+    /// assert!((twice.volume() / mesh.volume() - 8.0).abs() < 1e-12);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn transformed(&self, rotation: DMat3, scale: f64, translation: DVec3) -> Result<Mesh, Error> {
+        if !(scale > 0.0 && scale.is_finite()) {
+            return Err(Error::value("scale", scale, "give a positive figure"));
+        }
+        let excess = rotation * rotation.transpose() - DMat3::IDENTITY;
+        let error = excess.to_cols_array().iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+        if !(rotation.is_finite() && error < 1e-9 && rotation.determinant() > 0.0) {
+            return Err(Error::value(
+                "rotation",
+                rotation,
+                "give a rotation matrix: orthonormal, determinant +1",
+            ));
+        }
+        if !translation.is_finite() {
+            return Err(Error::value("translation", translation, "give finite figures"));
+        }
+        let mut mesh = self.clone();
+        for p in &mut mesh.positions {
+            *p = scale * (rotation * *p) + translation;
+        }
+        if let Some(k) = mesh.positions.iter().position(|p| !(p.abs().max_element() <= weld::LARGEST)) {
+            return Err(Error::value(format!("vertex {k} after scaling"), mesh.positions[k], weld::RANGE));
+        }
+        for facet in &mut mesh.facets {
+            facet.plane = facet.plane.transformed(rotation, scale, translation);
+        }
+        Ok(mesh)
+    }
+}
+
+/// Least and greatest corner of the box around `points`; zero for none.
+fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
+    let first = points.first().copied().unwrap_or_default();
+    points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
+}
+
+/// Twice the area of a triangle along its normal.
+fn cross(positions: &[DVec3], triangle: &[u32; 3]) -> DVec3 {
+    let [a, b, c] = triangle.map(|v| positions[v as usize]);
+    (b - a).cross(c - a)
+}
+
+/// Sum of the signed tetrahedra between the triangles and the middle of the bounding box: a nearer apex than the origin
+/// keeps the digits of a mesh that lies far away.
+fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
+    let (low, high) = bounds(positions);
+    let middle = 0.5 * (low + high);
+    let six: f64 = triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| positions[v as usize] - middle);
+            a.dot(b.cross(c))
+        })
+        .sum();
+    six / 6.0
+}

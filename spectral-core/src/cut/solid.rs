@@ -1,0 +1,269 @@
+//! From half-spaces to a mesh: robust combinatorics first, then exact vertices, then contraction of short edges.
+
+use glam::{DMat3, DVec3};
+use rustc_hash::FxHashMap;
+
+use super::polytope::{Face, Outcome, Polytope, directed};
+use super::{Cut, CutFacet};
+use crate::mesh::{Facet, Mesh, Plane};
+use crate::{Error, Warning};
+
+/// Edges shorter than this fraction of the radius are contracted.
+const CONTRACT: f64 = 1e-6;
+/// How near a plane a vertex counts as on it, as a fraction of the radius. Designs are written with 8 to 10 decimals, so
+/// 1e-8 takes their meets as meets; the others are tried where rounding contradicts itself with the first.
+const TOLERANCES: [f64; 7] = [1e-8, 1e-9, 1e-7, 1e-10, 1e-11, 3e-7, 1e-12];
+/// The cube that the facets are cut from, in radii. What still touches it has no facet to bound it.
+const REACH: f64 = 1e4;
+/// Offsets beyond this are refused.
+const LARGEST: f64 = 1e12;
+/// Directions of the cube's faces.
+const TOWARDS: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
+/// Names listed in a warning before it says "and N more".
+const LISTED: usize = 8;
+
+pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> {
+    check(facets)?;
+    let planes: Vec<Plane> = facets.iter().map(|f| f.plane).collect();
+    let mut error = None;
+    for tolerance in TOLERANCES {
+        match attempt(&planes, tolerance) {
+            Ok(solid) => return Ok(finish(facets, solid)),
+            Err(Failure::Confused) => {}
+            Err(Failure::Unbounded(sides)) => {
+                let sides: Vec<&str> = sides.iter().map(|&k| TOWARDS[k]).collect();
+                let message =
+                    format!("the cut does not close: no facet bounds it towards {}", sides.join(", "));
+                return Err(Error::Solid { message, place: None });
+            }
+            // An empty solid may be an artefact of a coarse tolerance on a thin one.
+            Err(Failure::Empty(k)) => error = error.or(Some(empty(facets, k))),
+        }
+    }
+    Err(error.unwrap_or_else(|| {
+        let message = "the facets do not close to a solid: some are so nearly the same that their edges cannot be told \
+                       apart; leave out one of each such pair";
+        Error::Solid { message: message.to_owned(), place: None }
+    }))
+}
+
+fn check(facets: &[CutFacet]) -> Result<(), Error> {
+    if facets.len() > Cut::MAX_FACETS {
+        return Err(Error::value("facets", facets.len(), format!("a cut has at most {}", Cut::MAX_FACETS)));
+    }
+    for (k, facet) in facets.iter().enumerate() {
+        let Plane { normal, offset } = facet.plane;
+        // Written so that NaN fails too.
+        if !(offset.abs() <= LARGEST) {
+            let expected = "its distance from the origin must be finite and at most 1e12";
+            return Err(Error::value(label(facets, k), offset, expected));
+        }
+        if !((normal.length() - 1.0).abs() < 1e-6) {
+            return Err(Error::value(label(facets, k), normal, "its normal must have length 1"));
+        }
+    }
+    Ok(())
+}
+
+/// How a person finds facet `k`.
+fn label(facets: &[CutFacet], k: usize) -> String {
+    match &facets[k].name {
+        Some(name) => format!("facet {} ({name})", k + 1),
+        None => format!("facet {}", k + 1),
+    }
+}
+
+fn empty(facets: &[CutFacet], k: usize) -> Error {
+    let message = format!(
+        "the facets leave no solid: {} cuts away all that those before it leave; is it on the wrong side?",
+        label(facets, k)
+    );
+    Error::Solid { message, place: None }
+}
+
+enum Failure {
+    /// Faces of the cube that are left.
+    Unbounded(Vec<usize>),
+    /// The facet that took the rest.
+    Empty(usize),
+    /// Rounding; another tolerance may do.
+    Confused,
+}
+
+/// A solid in the cut's own frame.
+struct Solid {
+    polytope: Polytope,
+    /// Facets that repeat another, and the other.
+    repeated: Vec<(usize, usize)>,
+}
+
+/// The solid, cut twice: the first time in a frame guessed from the offsets, the second about the solid's own middle
+/// with its own radius, to which the tolerance refers.
+fn attempt(planes: &[Plane], tolerance: f64) -> Result<Solid, Failure> {
+    let mut centre = DVec3::ZERO;
+    let mut radius = planes.iter().map(|p| p.offset.abs()).fold(0.0, f64::max);
+    if radius == 0.0 {
+        radius = 1.0;
+    }
+    for round in 0..4 {
+        let Solid { mut polytope, repeated } = cut_all(planes, centre, radius, tolerance)?;
+        polytope.compact();
+        for p in &mut polytope.points {
+            *p = centre + radius * *p;
+        }
+        sharpen(planes, &mut polytope, radius);
+        let (middle, own) = frame(&polytope);
+        let settled = (middle - centre).length() < 0.5 * own && own > 0.5 * radius;
+        if settled || round == 3 {
+            let polytope = contract(planes, polytope, own);
+            let sound = polytope.is_sound() && stays_behind(planes, &polytope, own);
+            return if sound { Ok(Solid { polytope, repeated }) } else { Err(Failure::Confused) };
+        }
+        if !(own > 0.0) {
+            return Err(Failure::Confused);
+        }
+        (centre, radius) = (middle, own);
+    }
+    Err(Failure::Confused)
+}
+
+/// Cuts the cube with every plane in turn, in the frame where `centre` is the origin and `radius` the unit.
+fn cut_all(planes: &[Plane], centre: DVec3, radius: f64, tolerance: f64) -> Result<Solid, Failure> {
+    let mut polytope = Polytope::cube(REACH, planes.len());
+    let mut repeated = Vec::new();
+    for (k, plane) in planes.iter().enumerate() {
+        let local =
+            Plane { normal: plane.normal, offset: (plane.offset - plane.normal.dot(centre)) / radius };
+        match polytope.cut(&local, k, tolerance) {
+            Outcome::Cut | Outcome::Redundant => {}
+            Outcome::Repeats(other) => repeated.push((k, other)),
+            Outcome::Empty => return Err(Failure::Empty(k)),
+            Outcome::Confused => return Err(Failure::Confused),
+        }
+    }
+    let unbounded: Vec<usize> =
+        polytope.faces.iter().filter(|f| f.plane >= planes.len()).map(|f| f.plane - planes.len()).collect();
+    if unbounded.is_empty() { Ok(Solid { polytope, repeated }) } else { Err(Failure::Unbounded(unbounded)) }
+}
+
+/// Middle of the bounding box and half its longest side.
+fn frame(polytope: &Polytope) -> (DVec3, f64) {
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let (low, high) = polytope.points.iter().fold(start, |(l, h), p| (l.min(*p), h.max(*p)));
+    (0.5 * (low + high), 0.5 * (high - low).max_element())
+}
+
+/// Moves each vertex to the meet of the planes of its faces: exactly for three, in the least-squares sense for more.
+fn sharpen(planes: &[Plane], polytope: &mut Polytope, radius: f64) {
+    let mut normals = vec![DMat3::ZERO; polytope.points.len()];
+    for face in &polytope.faces {
+        let n = planes[face.plane].normal;
+        let square = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
+        face.corners.iter().for_each(|&v| normals[v as usize] += square);
+    }
+    // A little damping keeps vertices between nearly parallel planes where they are along the direction the planes leave
+    // open; the rounds make up for it in the others.
+    let inverse: Vec<DMat3> =
+        normals.iter().map(|m| (*m + DMat3::from_diagonal(DVec3::splat(1e-10))).inverse()).collect();
+    for _ in 0..4 {
+        let mut right = vec![DVec3::ZERO; polytope.points.len()];
+        for face in &polytope.faces {
+            let plane = &planes[face.plane];
+            for &v in &face.corners {
+                right[v as usize] -= plane.normal * plane.distance(polytope.points[v as usize]);
+            }
+        }
+        for ((p, r), m) in polytope.points.iter_mut().zip(right).zip(&inverse) {
+            let step = *m * r;
+            // The combinatorics hold for the neighbourhood of the tolerance only.
+            if step.length() < 1e-5 * radius {
+                *p += step;
+            }
+        }
+    }
+}
+
+/// Contracts edges shorter than [`CONTRACT`] radii; faces left with two corners vanish. Where that would tangle the faces
+/// the polyhedron stays as it is.
+fn contract(planes: &[Plane], polytope: Polytope, radius: f64) -> Polytope {
+    let mut root: Vec<u32> = (0..polytope.points.len() as u32).collect();
+    let mut short = false;
+    for (a, b) in polytope.faces.iter().flat_map(|f| directed(&f.corners)) {
+        if polytope.points[a as usize].distance(polytope.points[b as usize]) < CONTRACT * radius {
+            let (a, b) = (find(&mut root, a), find(&mut root, b));
+            root[a.max(b) as usize] = a.min(b);
+            short = true;
+        }
+    }
+    if !short {
+        return polytope;
+    }
+    let mut points = polytope.points.clone();
+    let mut clusters: FxHashMap<u32, (DVec3, f64)> = FxHashMap::default();
+    for (v, p) in polytope.points.iter().enumerate() {
+        let cluster = clusters.entry(find(&mut root, v as u32)).or_insert((DVec3::ZERO, 0.0));
+        *cluster = (cluster.0 + *p, cluster.1 + 1.0);
+    }
+    for (v, (sum, count)) in clusters {
+        points[v as usize] = sum / count;
+    }
+    let faces = polytope.faces.iter().filter_map(|face| {
+        let mut corners: Vec<u32> = face.corners.iter().map(|&v| find(&mut root, v)).collect();
+        corners.dedup();
+        while corners.len() > 1 && corners.first() == corners.last() {
+            corners.pop();
+        }
+        (corners.len() >= 3).then_some(Face { plane: face.plane, corners })
+    });
+    let mut contracted = Polytope { faces: faces.collect(), points };
+    contracted.compact();
+    sharpen(planes, &mut contracted, radius);
+    if contracted.is_sound() && stays_behind(planes, &contracted, radius) { contracted } else { polytope }
+}
+
+/// The representative of `v` in a forest of merged vertices.
+fn find(root: &mut [u32], mut v: u32) -> u32 {
+    while root[v as usize] != v {
+        root[v as usize] = root[root[v as usize] as usize];
+        v = root[v as usize];
+    }
+    v
+}
+
+/// Whether no vertex stands in front of any plane by more than the contraction accounts for.
+fn stays_behind(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
+    polytope.points.iter().all(|p| planes.iter().all(|plane| plane.distance(*p) <= 2.0 * CONTRACT * radius))
+}
+
+/// The mesh, its facets in the order of the cut, and what there is to say about facets that are not in it.
+fn finish(facets: &[CutFacet], solid: Solid) -> (Mesh, Vec<Warning>) {
+    let Solid { mut polytope, repeated } = solid;
+    polytope.faces.sort_by_key(|f| f.plane);
+    let mut present = vec![false; facets.len()];
+    polytope.faces.iter().for_each(|f| present[f.plane] = true);
+    let mut warnings = Vec::new();
+    let mut pairs = Vec::new();
+    for (k, other) in repeated {
+        if present[other] {
+            present[k] = true;
+            pairs.push(format!("{} repeats {}", label(facets, k), label(facets, other)));
+        }
+    }
+    if !pairs.is_empty() {
+        warnings.push(Warning::new(format!("facets given twice were taken once: {}", list(&pairs))));
+    }
+    let absent: Vec<String> = (0..facets.len()).filter(|&k| !present[k]).map(|k| label(facets, k)).collect();
+    if !absent.is_empty() {
+        let all = list(&absent);
+        warnings.push(Warning::new(format!("facets that do not touch the stone were left out: {all}")));
+    }
+    let kept = |f: &Face| Facet { plane: facets[f.plane].plane, name: facets[f.plane].name.clone() };
+    let mesh_facets = polytope.faces.iter().map(kept).collect();
+    let polygons: Vec<Vec<u32>> = polytope.faces.into_iter().map(|f| f.corners).collect();
+    (Mesh::from_polygons(polytope.points, &polygons, mesh_facets), warnings)
+}
+
+fn list(items: &[String]) -> String {
+    let shown = items[..items.len().min(LISTED)].join(", ");
+    if items.len() > LISTED { format!("{shown} and {} more", items.len() - LISTED) } else { shown }
+}

@@ -1,0 +1,212 @@
+//! Which triangle lies across each edge; closedness, orientation and shells.
+
+use glam::DVec3;
+
+use super::{bounds, signed_volume};
+use crate::{Error, Warning};
+
+/// No triangle: the edge is shared by several shells that touch.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// A closed, oriented surface.
+pub(super) struct Surface {
+    pub positions: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+    /// For each triangle the triangle across its edge `k`, which runs from corner `k` to corner `k + 1`; or [`NONE`].
+    pub across: Vec<[u32; 3]>,
+    pub shells: usize,
+    /// Longest side of the bounding box.
+    pub extent: f64,
+    /// Height under which a triangle has no direction of its own.
+    pub thin: f64,
+}
+
+/// One side of an edge: the edge's two vertices, the lower first, as one key, and `4 · triangle + k`.
+type Side = (u64, u32);
+
+/// Checks that the triangles close, and orients them.
+pub(super) fn build(
+    positions: Vec<DVec3>,
+    mut triangles: Vec<[u32; 3]>,
+    extent: f64,
+    thin: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<Surface, Error> {
+    let sides = sorted_sides(&triangles);
+    let mut across = pair(&positions, &triangles, &sides)?;
+    let (shell_of, shells, flipped) = orient(&positions, &triangles, &across)?;
+    let turned = flipped.iter().filter(|&&f| f).count();
+    if turned > 0 {
+        warnings.push(Warning::new(format!(
+            "{turned} triangles were wound against their neighbours and were turned"
+        )));
+    }
+    for (t, _) in flipped.iter().enumerate().filter(|(_, f)| **f) {
+        flip(&mut triangles[t], &mut across[t]);
+    }
+    check_balance(&positions, &triangles, &sides)?;
+    let volume = signed_volume(&positions, &triangles);
+    if volume.abs() <= 1e-12 * extent.powi(3) {
+        let message = "the mesh encloses no volume: its surface lies on itself".to_owned();
+        return Err(Error::Solid { message, place: positions.first().map(|p| p.to_array()) });
+    }
+    if volume < 0.0 {
+        warnings.push(Warning::new("the mesh was inside out (its triangles faced inwards) and was turned"));
+        triangles.iter_mut().zip(&mut across).for_each(|(t, a)| flip(t, a));
+    }
+    note_cavities(&positions, &triangles, &shell_of, shells, warnings);
+    Ok(Surface { positions, triangles, across, shells, extent, thin })
+}
+
+fn sorted_sides(triangles: &[[u32; 3]]) -> Vec<Side> {
+    let mut sides: Vec<Side> = Vec::with_capacity(3 * triangles.len());
+    for (t, triangle) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            let key = (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
+            sides.push((key, (4 * t + k) as u32));
+        }
+    }
+    sides.sort_unstable();
+    sides
+}
+
+/// Pairs the two sides of each edge. Edges with four or more sides, an even number, are where shells touch: they are
+/// left unpaired, and [`check_balance`] looks at them once the shells are oriented.
+fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<Vec<[u32; 3]>, Error> {
+    let mut across = vec![[NONE; 3]; triangles.len()];
+    let (mut open, mut odd) = ((0_usize, 0_u64), (0_usize, 0_u64));
+    for group in sides.chunk_by(|a, b| a.0 == b.0) {
+        match group {
+            [(_, a), (_, b)] => {
+                across[(a / 4) as usize][(a % 4) as usize] = b / 4;
+                across[(b / 4) as usize][(b % 4) as usize] = a / 4;
+            }
+            [(key, _)] => open = (open.0 + 1, if open.0 == 0 { *key } else { open.1 }),
+            [(key, _), ..] if group.len() % 2 == 1 => {
+                odd = (odd.0 + 1, if odd.0 == 0 { *key } else { odd.1 })
+            }
+            _ => {}
+        }
+    }
+    if odd.0 > 0 {
+        let what = "non-manifold mesh: N edge{s} shared by an odd number of triangles, three or more";
+        return Err(at_edge(positions, what, odd));
+    }
+    if open.0 > 0 {
+        return Err(at_edge(positions, "open mesh: N edge{s} with a triangle on one side only", open));
+    }
+    Ok(across)
+}
+
+/// The error about `count` edges, of which the first has the vertices packed in `key`.
+fn at_edge(positions: &[DVec3], what: &str, (count, key): (usize, u64)) -> Error {
+    let [a, b] = [key >> 32, key & 0xffff_ffff].map(|v| positions[v as usize]);
+    let (plural, first) = if count == 1 { (" is", "") } else { ("s are", "the first ") };
+    let head = what.replace("N", &count.to_string()).replace("{s}", plural);
+    let message =
+        format!("{head}, {first}between ({}, {}, {}) and ({}, {}, {})", a.x, a.y, a.z, b.x, b.y, b.z);
+    Error::Solid { message, place: Some((0.5 * (a + b)).to_array()) }
+}
+
+/// Walks each shell and finds the triangles wound against the majority: the shell of each triangle, the number of
+/// shells, and whether to turn each triangle.
+fn orient(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    across: &[[u32; 3]],
+) -> Result<(Vec<u32>, usize, Vec<bool>), Error> {
+    let mut shell_of = vec![NONE; triangles.len()];
+    let mut flipped = vec![false; triangles.len()];
+    let (mut shells, mut members) = (0, Vec::new());
+    for seed in 0..triangles.len() {
+        if shell_of[seed] != NONE {
+            continue;
+        }
+        shell_of[seed] = shells;
+        members.clear();
+        members.push(seed);
+        let mut next = 0;
+        while let Some(&t) = members.get(next) {
+            next += 1;
+            for k in 0..3 {
+                let u = across[t][k] as usize;
+                if across[t][k] == NONE {
+                    continue;
+                }
+                let (a, b) = (triangles[t][k], triangles[t][(k + 1) % 3]);
+                let wanted = flipped[t] ^ runs(&triangles[u], a, b);
+                if shell_of[u] == NONE {
+                    shell_of[u] = shells;
+                    flipped[u] = wanted;
+                    members.push(u);
+                } else if flipped[u] != wanted {
+                    let key = (u64::from(a) << 32) | u64::from(b);
+                    let what = "the mesh cannot be oriented (like a Möbius strip it has one side): N edge{s} in conflict";
+                    return Err(at_edge(positions, what, (1, key)));
+                }
+            }
+        }
+        if 2 * members.iter().filter(|&&t| flipped[t]).count() > members.len() {
+            members.iter().for_each(|&t| flipped[t] = !flipped[t]);
+        }
+        shells += 1;
+    }
+    Ok((shell_of, shells as usize, flipped))
+}
+
+/// Whether the triangle has an edge running from `a` to `b`.
+fn runs(triangle: &[u32; 3], a: u32, b: u32) -> bool {
+    (0..3).any(|k| triangle[k] == a && triangle[(k + 1) % 3] == b)
+}
+
+/// Turns a triangle over; edge `k` then runs along the old edge `2 − k`.
+fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
+    triangle.swap(1, 2);
+    across.swap(0, 2);
+}
+
+/// Where shells touch along an edge, as many triangles must run along it one way as the other.
+fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<(), Error> {
+    let mut bad = (0, 0);
+    for group in sides.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 2) {
+        let (key, low) = (group[0].0, (group[0].0 >> 32) as u32);
+        let forward =
+            group.iter().filter(|(_, s)| runs(&triangles[(s / 4) as usize], low, key as u32)).count();
+        if 2 * forward != group.len() {
+            bad = (bad.0 + 1, if bad.0 == 0 { key } else { bad.1 });
+        }
+    }
+    if bad.0 == 0 {
+        return Ok(());
+    }
+    Err(at_edge(
+        positions,
+        "non-manifold mesh: N edge{s} run along one way by more triangles than the other",
+        bad,
+    ))
+}
+
+fn note_cavities(
+    positions: &[DVec3],
+    triangles: &[[u32; 3]],
+    shell_of: &[u32],
+    shells: usize,
+    warnings: &mut Vec<Warning>,
+) {
+    if shells < 2 {
+        return;
+    }
+    let (low, high) = bounds(positions);
+    let mut volumes = vec![0.0; shells];
+    for (triangle, &shell) in triangles.iter().zip(shell_of) {
+        let [a, b, c] = triangle.map(|v| positions[v as usize] - 0.5 * (low + high));
+        volumes[shell as usize] += a.dot(b.cross(c));
+    }
+    let inward = volumes.iter().filter(|&&v| v < 0.0).count();
+    if inward > 0 {
+        warnings.push(Warning::new(format!(
+            "{inward} of the mesh's {shells} shells face inwards and are taken as cavities"
+        )));
+    }
+}
