@@ -26,7 +26,39 @@ macro_rules! files {
     };
 }
 
-const FILES: [(&str, &str); 0] = files![];
+const FILES: [(&str, &str); 31] = files![
+    "amethyst",
+    "aquamarine",
+    "beryl",
+    "blue-topaz",
+    "blue-zircon",
+    "chrysoberyl",
+    "citrine",
+    "corundum",
+    "cubic-zirconia",
+    "demantoid",
+    "diamond",
+    "emerald",
+    "fused-silica",
+    "gold",
+    "moissanite",
+    "n-bk7",
+    "peridot",
+    "pink-tourmaline",
+    "platinum",
+    "quartz",
+    "ruby",
+    "rutile",
+    "sapphire",
+    "silver",
+    "spinel",
+    "strontium-titanate",
+    "tanzanite",
+    "topaz",
+    "tourmaline",
+    "yag",
+    "zircon",
+];
 
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
     // The files are part of the program: `every_file_of_the_catalogue_parses` tells in the tests if one does
