@@ -49,6 +49,12 @@ fn embedded<const N: usize>(text: &str) -> [Vec<f64>; N] {
     std::array::from_fn(|column| rows.iter().map(|(_, row)| row[column]).collect())
 }
 
+/// Σȳ over the 1 nm table: the luminance of the flat spectrum 1 in nm.
+pub(crate) fn luminous_integral() -> f64 {
+    let [first, last] = SCALE_RANGE;
+    (first..=last).map(|nm| TABLES.matching[1].at(f64::from(nm))).sum()
+}
+
 /// Σȳ / Σȳ·light over the 1 nm table.
 fn equal_luminance_scale(y_bar: &Tabulated, light: impl Fn(f64) -> f64) -> f64 {
     let [first, last] = SCALE_RANGE;

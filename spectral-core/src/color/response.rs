@@ -1,10 +1,14 @@
 //! The sensor of a wavelength grid: how much each wavelength adds to X, Y and Z.
 
-use super::matrix::{Matrix, apply, inverse, product, scale_rows};
+use super::matrix::{Matrix, apply, scale_rows};
 use super::{RgbSpace, primary_weights};
 use crate::Error;
-use crate::cie::{Illuminant, color_matching};
+use crate::cie::{Illuminant, color_matching, luminous_integral};
 use crate::wavelength::WavelengthGrid;
+
+/// The largest ratio between the factors that balance a grid's three channels. Grids of four or more wavelengths
+/// over the visible range stay below it at every jitter offset; beyond it a channel is all but unseen.
+const LARGEST_IMBALANCE: f64 = 8.0;
 
 /// The eye on one wavelength grid: XYZ = Σ wᵢ·L(λᵢ), with D65 exactly white.
 ///
@@ -58,7 +62,10 @@ impl Response {
         let from_xyz = RgbSpace::Srgb.from_xyz();
         let (to_rgb, white_exact) = match grid_matrix(white) {
             Some(matrix) => (matrix, true),
-            None => (from_xyz.map(|row| row.map(|x| x / white[1])), false),
+            None => {
+                let luminance = if grid.can_jitter() { luminous_integral() } else { white[1] };
+                (from_xyz.map(|row| row.map(|x| x / luminance)), false)
+            }
         };
         let rgb: Vec<[f64; 3]> = cells.iter().map(|&cell| apply(&to_rgb, cell)).collect();
         let xyz = rgb.iter().map(|&c| apply(&standard, c)).collect();
@@ -80,8 +87,10 @@ impl Response {
 
     /// Whether D65 is exactly the standard white on this grid.
     ///
-    /// False where three channels cannot be balanced by positive factors, as on a grid of one or two
-    /// wavelengths. Then only the luminance of D65 is exact (Y = 1) and its tint is what the grid sees.
+    /// False where the three channels cannot be balanced by positive factors of like size, as on a grid of one
+    /// or two wavelengths. A grid that cannot jitter then keeps the luminance of D65 exact (Y = 1) and shows the
+    /// tint it sees. One that can jitter is summed as it is: white is then right in the mean over the offsets
+    /// of one or two wavelengths, where scaling each offset by itself would let those at the ends of the spectrum drown the rest.
     pub fn white_exact(&self) -> bool {
         self.white_exact
     }
@@ -106,18 +115,16 @@ fn weighted_sum(weights: &[[f64; 3]], values: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// XYZ→RGB of the sRGB primaries under the white a grid sees, or `None` where a primary would have to be
-/// negative or absent to make that white.
+/// XYZ→RGB of the sRGB primaries under the white a grid sees, or `None` where that white would need a primary
+/// that is negative, or channel factors further apart than [`LARGEST_IMBALANCE`].
 fn grid_matrix(white: [f64; 3]) -> Option<Matrix> {
     let weights = primary_weights(RgbSpace::Srgb.primaries(), white)?;
-    if !weights.iter().all(|w| *w > 0.0 && w.is_normal()) {
-        return None;
-    }
     let standard = primary_weights(RgbSpace::Srgb.primaries(), RgbSpace::Srgb.white_xyz())?;
     // M(w_grid)⁻¹ = diag(weights)⁻¹·P⁻¹ = diag(standard/weights)·M(w_std)⁻¹.
-    let gains = std::array::from_fn(|c| standard[c] / weights[c]);
-    let matrix = scale_rows(gains, &RgbSpace::Srgb.from_xyz());
-    inverse(&product(&matrix, &RgbSpace::Srgb.to_xyz())).map(|_| matrix)
+    let gains: [f64; 3] = std::array::from_fn(|c| standard[c] / weights[c]);
+    let [min, max] = [gains.into_iter().fold(f64::INFINITY, f64::min), gains.into_iter().fold(0.0, f64::max)];
+    let balanced = min > 0.0 && max.is_finite() && max <= LARGEST_IMBALANCE * min;
+    balanced.then(|| scale_rows(gains, &RgbSpace::Srgb.from_xyz()))
 }
 
 #[cfg(test)]
@@ -143,6 +150,21 @@ mod tests {
             let response = Response::new(&grid).unwrap();
             assert!(!response.white_exact());
             assert!((response.to_xyz(&Illuminant::D65.sample(&grid))[1] - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn grids_too_coarse_to_balance_are_white_in_the_mean_over_their_offsets() {
+        for count in [1, 2] {
+            let grid = WavelengthGrid::midpoints([380.0, 780.0], count).unwrap();
+            let mut mean = [0.0; 3];
+            for sample in 0..987 {
+                let offset = grid.jittered(sample);
+                let xyz = Response::new(&offset).unwrap().to_xyz(&Illuminant::D65.sample(&offset));
+                mean.iter_mut().zip(xyz).for_each(|(m, x)| *m += x / 987.0);
+            }
+            let white = RgbSpace::Srgb.white_xyz();
+            assert!((0..3).all(|c| (mean[c] - white[c]).abs() < 0.01), "{count}: {mean:?}");
         }
     }
 
