@@ -11,7 +11,7 @@
 //! let lines = [[fraunhofer::B, 2.40728], [fraunhofer::D, 2.41726], [fraunhofer::G, 2.45173]];
 //! let (diamond, warnings) = Dispersion::fit(&lines)?;
 //! assert!(warnings.is_empty());
-//! assert!(diamond.check(&(380.0..=780.0))?.is_empty());
+//! assert!(diamond.check([380.0, 780.0])?.is_empty());
 //! assert!((diamond.index(fraunhofer::F) - 2.43554).abs() < 2e-4);
 //! assert!((diamond.dispersion_bg() - 0.0444).abs() < 1e-4);
 //! # Ok::<(), spectral_core::Error>(())
@@ -19,8 +19,6 @@
 
 mod cauchy;
 pub mod fraunhofer;
-
-use std::ops::RangeInclusive;
 
 use crate::spectrum::Tabulated;
 use crate::{Error, Warning};
@@ -130,7 +128,7 @@ impl Dispersion {
     /// [`Error::Value`] for a coefficient that is not finite, a resonance inside the range, and anywhere in
     /// the range an index of at most 1 (under 1 for a constant), one beyond every known substance, or, but
     /// for tables and constants, one that does not fall with wavelength.
-    pub fn check(&self, range: &RangeInclusive<f64>) -> Result<Vec<Warning>, Error> {
+    pub fn check(&self, range: [f64; 2]) -> Result<Vec<Warning>, Error> {
         self.check_coefficients()?;
         self.check_resonances(range)?;
         let wavelengths = sweep(range)?;
@@ -186,7 +184,7 @@ impl Dispersion {
         }
     }
 
-    fn check_resonances(&self, range: &RangeInclusive<f64>) -> Result<(), Error> {
+    fn check_resonances(&self, range: [f64; 2]) -> Result<(), Error> {
         let poles: Vec<f64> = match self {
             Dispersion::Sellmeier { terms, .. } => {
                 terms.iter().filter(|[b, _]| *b != 0.0).map(|[_, c]| *c).collect()
@@ -194,7 +192,8 @@ impl Dispersion {
             Dispersion::Pole { b, c, .. } if *b != 0.0 => vec![*c],
             _ => Vec::new(),
         };
-        match poles.into_iter().find(|c| range.contains(&(c.max(0.0).sqrt() * 1e3))) {
+        let inside = |c: &f64| (range[0]..=range[1]).contains(&(c.max(0.0).sqrt() * 1e3));
+        match poles.into_iter().find(inside) {
             Some(c) => Err(Error::value(
                 "resonance c",
                 format!("{c} µm² ({:.0} nm)", c.sqrt() * 1e3),
@@ -247,11 +246,11 @@ fn table_slope(table: &Tabulated, nm: f64) -> f64 {
         .map_or(0.0, |w| (w[1].1 - w[0].1) / (w[1].0 - w[0].0))
 }
 
-fn table_warnings(table: &Tabulated, range: &RangeInclusive<f64>, wavelengths: &[f64]) -> Vec<Warning> {
+fn table_warnings(table: &Tabulated, range: [f64; 2], wavelengths: &[f64]) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let (first, last) = (table.nm().first().copied(), table.nm().last().copied());
     if let (Some(first), Some(last)) = (first, last)
-        && (*range.start() < first || *range.end() > last)
+        && (range[0] < first || range[1] > last)
     {
         warnings.push(Warning::new(format!(
             "The index table covers {first}–{last} nm but {} is rendered; its end values are used beyond.",
@@ -269,9 +268,9 @@ fn table_warnings(table: &Tabulated, range: &RangeInclusive<f64>, wavelengths: &
 }
 
 /// Wavelengths every nanometre or finer through a range, both ends included.
-fn sweep(range: &RangeInclusive<f64>) -> Result<Vec<f64>, Error> {
+fn sweep(range: [f64; 2]) -> Result<Vec<f64>, Error> {
     const MOST: f64 = 20_000.0;
-    let (start, end) = (*range.start(), *range.end());
+    let [start, end] = range;
     if !(start > 0.0 && end >= start && end <= MOST) {
         return Err(Error::value(
             "wavelength range",
@@ -283,6 +282,6 @@ fn sweep(range: &RangeInclusive<f64>) -> Result<Vec<f64>, Error> {
     Ok((0..=steps).map(|i| start + (end - start) * i as f64 / steps as f64).collect())
 }
 
-fn show(range: &RangeInclusive<f64>) -> String {
-    format!("{}–{} nm", range.start(), range.end())
+fn show(range: [f64; 2]) -> String {
+    format!("{}–{} nm", range[0], range[1])
 }

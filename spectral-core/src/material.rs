@@ -23,8 +23,6 @@
 mod catalogue;
 mod spec;
 
-use std::ops::RangeInclusive;
-
 pub use catalogue::Catalogue;
 pub use spec::{AbsorptionSpec, BandSpec, ConductorSpec, MaterialSpec, PoleSpec, SellmeierSpec};
 
@@ -129,7 +127,7 @@ impl Material {
     ///
     /// # Errors
     /// Those of [`Dispersion::check`], with the material's name in front.
-    pub fn check(&self, range: &RangeInclusive<f64>) -> Result<Vec<Warning>, Error> {
+    pub fn check(&self, range: [f64; 2]) -> Result<Vec<Warning>, Error> {
         let mut warnings = match &self.kind {
             Kind::Dielectric { dispersion, .. } => {
                 dispersion.check(range).map_err(|error| within(&self.name, error))?
@@ -138,13 +136,13 @@ impl Material {
         };
         for source in &self.sources {
             if let Some([start, end]) = source.range
-                && (*range.start() < start || *range.end() > end)
+                && (range[0] < start || range[1] > end)
             {
                 warnings.push(Warning::new(format!(
                     "The {} is known from {start} to {end} nm; {}–{} nm is rendered, so some is extrapolated.",
                     source.figure,
-                    range.start(),
-                    range.end()
+                    range[0],
+                    range[1]
                 )));
             }
         }

@@ -177,7 +177,7 @@ impl MaterialSpec {
         // The catalogue's sources cover only what was taken over from it.
         let taken_over = |figure: &str| match figure {
             "dispersion" => self.models().is_empty(),
-            "absorption" => self.absorption.is_none(),
+            "absorption" => self.absorption.is_none() && self.conductor.is_none(),
             "density" => self.density.is_none(),
             _ => true,
         };

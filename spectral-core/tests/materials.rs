@@ -1,0 +1,291 @@
+//! The catalogue against independently computed indices, its sources, colours and names; scene tables.
+
+use spectral_core::absorption::{Absorption, Term};
+use spectral_core::cie::Illuminant;
+use spectral_core::color::{Response, srgb_encode};
+use spectral_core::dispersion::fraunhofer;
+use spectral_core::material::{Catalogue, Kind, Material, MaterialSpec};
+use spectral_core::spectrum::Tabulated;
+use spectral_core::wavelength::WavelengthGrid;
+use spectral_core::{Error, Warning};
+
+/// n at B, C, D, d, e, F, g, G, h, evaluated apart from this program to five decimals from the published
+/// coefficients; not a number where the line lies outside the fit.
+#[rustfmt::skip]
+const INDICES: [(&str, [f64; 9]); 15] = [
+    ("chrysoberyl", [1.73857, 1.73971, 1.74273, 1.74282, 1.74522, 1.74976, 1.75508, 1.75572, 1.75946]),
+    ("corundum", [1.76369, 1.76488, 1.76808, 1.76817, 1.77071, 1.77551, 1.78113, 1.7818, 1.78573]),
+    ("cubic-zirconia", [2.14506, 2.1486, 2.15847, 2.15877, 2.16697, 2.18315, 2.20302, 2.20547, 2.21998]),
+    ("demantoid", [1.87476, 1.87827, 1.888, 1.8883, 1.89627, 1.91158, 1.9296, 1.93176, 1.94429]),
+    ("diamond", [2.40728, 2.40991, 2.41726, 2.41749, 2.42359, 2.43554, 2.44997, 2.45173, 2.46205]),
+    ("emerald", [1.57975, 1.58061, 1.583, 1.58307, 1.58503, 1.58879, 1.59322, 1.59375, 1.59683]),
+    ("moissanite", [2.62311, 2.6295, 2.64744, 2.64799, 2.66304, 2.69299, 2.7302, f64::NAN, f64::NAN]),
+    ("n-bk7", [1.51343, 1.51432, 1.51673, 1.5168, 1.51872, 1.52238, 1.52669, 1.52721, 1.53024]),
+    ("quartz", [1.54097, 1.54185, 1.54421, 1.54428, 1.54614, 1.54966, 1.55378, 1.55428, 1.55716]),
+    ("rutile", [2.55673, 2.57092, 2.61292, 2.61427, 2.65203, 2.73451, 2.85293, 2.86907, f64::NAN]),
+    ("spinel", [1.7113, 1.7126, 1.7161, 1.71621, 1.71903, 1.7244, 1.73073, 1.73149, 1.73593]),
+    ("strontium-titanate", [2.36892, 2.37892, 2.408, 2.40892, 2.43459, 2.48973, 2.5679, 2.57853, f64::NAN]),
+    ("tourmaline", [1.64005, 1.6411, 1.644, 1.64409, 1.64647, 1.65103, 1.65641, 1.65705, 1.66079]),
+    ("yag", [1.82629, 1.82799, 1.83265, 1.83279, 1.83657, 1.84383, 1.85247, 1.85351, 1.8596]),
+    ("zircon", [1.91594, 1.91834, 1.925, 1.9252, 1.93065, 1.94113, 1.95346, 1.95494, 1.96351]),
+];
+
+fn material(name: &str) -> &'static Material {
+    Catalogue::builtin().get(name).unwrap()
+}
+
+fn spec(text: &str) -> MaterialSpec {
+    toml::from_str(text).unwrap()
+}
+
+fn build(text: &str) -> Result<(Material, Vec<Warning>), Error> {
+    spec(text).build("sample", |file| Tabulated::from_csv("nm,1/mm\n400,0.1\n700,0.3\n", file))
+}
+
+fn message(text: &str) -> String {
+    build(text).map(|_| ()).unwrap_err().to_string()
+}
+
+#[test]
+fn indices_at_the_fraunhofer_lines() {
+    for (name, expected) in INDICES {
+        let material = material(name);
+        for ((line, nm), n) in fraunhofer::LINES.into_iter().zip(expected).filter(|(_, n)| !n.is_nan()) {
+            let found = material.index(nm);
+            assert!((found - n).abs() < 5.1e-6, "{name} at {line}: {found} instead of {n}");
+        }
+    }
+    // Coloured varieties share their host's index.
+    for (variety, host) in [
+        ("ruby", "corundum"),
+        ("sapphire", "corundum"),
+        ("amethyst", "quartz"),
+        ("citrine", "quartz"),
+        ("emerald", "beryl"),
+        ("aquamarine", "beryl"),
+        ("blue-topaz", "topaz"),
+        ("blue-zircon", "zircon"),
+        ("pink-tourmaline", "tourmaline"),
+    ] {
+        for nm in [400.0, 550.0, 700.0] {
+            assert_eq!(material(variety).index(nm), material(host).index(nm), "{variety}");
+        }
+        assert!(material(host).absorption(550.0) == 0.0 && material(variety).absorption(550.0) > 0.0);
+    }
+    // Malitson 1965, table 1: fused silica at 20 °C.
+    let silica = material("fused-silica");
+    for (nm, n) in [(404.656, 1.46962), (486.133, 1.46313), (587.561, 1.45846), (656.272, 1.45637)] {
+        assert!((silica.index(nm) - n).abs() < 6e-6, "fused silica at {nm}: {}", silica.index(nm));
+    }
+}
+
+#[test]
+fn gem_dispersion_is_the_textbook_s() {
+    for (name, textbook) in
+        [("diamond", 0.044), ("corundum", 0.018), ("cubic-zirconia", 0.060), ("yag", 0.028)]
+    {
+        let Kind::Dielectric { dispersion, .. } = &material(name).kind else { panic!("{name} is no metal") };
+        assert!(
+            (dispersion.dispersion_bg() - textbook).abs() < 1e-3,
+            "{name}: {}",
+            dispersion.dispersion_bg()
+        );
+    }
+    let Kind::Dielectric { dispersion, .. } = &material("n-bk7").kind else { panic!() };
+    assert!((dispersion.abbe_number() - 64.17).abs() < 0.01);
+}
+
+#[test]
+fn every_material_has_sources_and_passes_its_check() {
+    for material in Catalogue::builtin().materials() {
+        let warnings = material.check([380.0, 780.0]).unwrap();
+        let known = |figure: &str| material.sources.iter().filter(|s| s.figure == figure).count() == 1;
+        assert!(known("dispersion"), "{}", material.name);
+        let range = material.sources.iter().find_map(|s| s.range).unwrap();
+        assert_eq!(warnings.is_empty(), range[0] <= 380.0 && range[1] >= 780.0, "{warnings:?}");
+        assert_eq!(known("density"), material.density.is_some(), "{}", material.name);
+        if let Kind::Dielectric { absorption, .. } = &material.kind {
+            assert_eq!(known("absorption"), !absorption.is_none(), "{}", material.name);
+            assert!(absorption.is_none() || material.is_approximate(), "{}", material.name);
+        }
+        for source in &material.sources {
+            assert!(source.source.len() > 10 && !source.licence.is_empty(), "{source:?}");
+        }
+        assert!(["isotropic", "ordinary", "beta", "mean"].contains(&material.ray.as_str()));
+    }
+}
+
+#[test]
+fn everything_asked_for_is_there() {
+    let catalogue = Catalogue::builtin();
+    for name in [
+        "diamond",
+        "moissanite",
+        "corundum",
+        "ruby",
+        "sapphire",
+        "spinel",
+        "quartz",
+        "amethyst",
+        "citrine",
+        "beryl",
+        "emerald",
+        "topaz",
+        "zircon",
+        "cubic-zirconia",
+        "yag",
+        "n-bk7",
+        "gold",
+        "silver",
+        "platinum",
+    ] {
+        assert_eq!(catalogue.get(name).unwrap().name, name);
+    }
+    for (alias, name) in
+        [("CZ", "cubic-zirconia"), ("bk7", "n-bk7"), ("N_BK7", "n-bk7"), ("Sapphire Blue", "sapphire")]
+    {
+        assert_eq!(catalogue.get(alias).unwrap().name, name);
+    }
+    let error = catalogue.get("saphire").unwrap_err().to_string();
+    assert_eq!(error, "unknown material 'saphire'; did you mean 'sapphire'?");
+    assert!(catalogue.get("granite").unwrap_err().to_string().contains("valid: amethyst, aquamarine"));
+}
+
+/// Encoded sRGB (0–1, clipped) and luminance of D65 through `mm` of a stone, surfaces left out.
+fn slab(material: &Material, mm: f64) -> ([f64; 3], f64) {
+    let grid = WavelengthGrid::stepped(380.0, 780.0, 1.0).unwrap();
+    let light: Vec<f64> =
+        grid.nm().iter().map(|&nm| Illuminant::D65.at(nm) * (-material.absorption(nm) * mm).exp()).collect();
+    let response = Response::new(&grid).unwrap();
+    let rgb = response.to_linear_srgb(&light).map(|c| srgb_encode(c.clamp(0.0, 1.0)));
+    (rgb, response.to_xyz(&light)[1])
+}
+
+/// Hue in degrees: 0 red, 60 yellow, 120 green, 180 cyan, 240 blue, 300 magenta.
+fn hue([r, g, b]: [f64; 3]) -> f64 {
+    f64::atan2(3.0_f64.sqrt() * (g - b), 2.0 * r - g - b).to_degrees().rem_euclid(360.0)
+}
+
+#[test]
+fn five_millimetres_have_the_colour_of_the_gem() {
+    // Hues a gemmologist would accept; saturation (max − min)/max.
+    for (name, from, to, saturation) in [
+        ("ruby", 325.0, 360.0, 0.9),
+        ("sapphire", 220.0, 250.0, 0.5),
+        ("emerald", 130.0, 160.0, 0.8),
+        ("amethyst", 290.0, 320.0, 0.3),
+        ("citrine", 35.0, 55.0, 0.9),
+        ("aquamarine", 170.0, 200.0, 0.15),
+        ("blue-topaz", 185.0, 210.0, 0.3),
+        ("blue-zircon", 180.0, 210.0, 0.4),
+        ("pink-tourmaline", 300.0, 330.0, 0.4),
+        ("peridot", 55.0, 80.0, 0.4),
+        ("tanzanite", 200.0, 240.0, 0.15),
+        ("demantoid", 70.0, 100.0, 0.9),
+    ] {
+        let (rgb, luminance) = slab(material(name), 5.0);
+        let [max, min] = [rgb.into_iter().fold(0.0, f64::max), rgb.into_iter().fold(1.0, f64::min)];
+        assert!((from..=to).contains(&hue(rgb)), "{name}: {rgb:?} has the hue {:.0}°", hue(rgb));
+        assert!((max - min) / max > saturation, "{name}: {rgb:?}");
+        assert!(luminance > 0.04 && max > 0.5, "{name} is too dark: {rgb:?}");
+    }
+    for name in ["diamond", "corundum", "spinel", "quartz", "beryl", "topaz", "zircon", "n-bk7"] {
+        let (rgb, _) = slab(material(name), 5.0);
+        assert!(rgb.iter().all(|c| (c - 1.0).abs() < 1e-12), "{name}: {rgb:?}");
+    }
+}
+
+#[test]
+fn a_scene_s_own_material() {
+    let (glass, warnings) = build(
+        "cauchy = [1.5046, 0.0042]\nabsorption = [{ centre = 553.0, sigma = 38.0, peak = 0.9 }, { constant = 0.015 }]",
+    )
+    .unwrap();
+    assert!(warnings.is_empty() && glass.sources.is_empty());
+    assert!((glass.index(500.0) - (1.5046 + 0.0042 / 0.25)).abs() < 1e-14);
+    assert!((glass.absorption(591.0) - (0.9 * (-0.5_f64).exp() + 0.015)).abs() < 1e-14);
+
+    let measured = "measured = [[486.13, 1.5224], [587.56, 1.5168], [656.27, 1.5143]]";
+    let (glass, warnings) = build(measured).unwrap();
+    for (nm, n) in [(486.13, 1.5224), (587.56, 1.5168), (656.27, 1.5143)] {
+        assert!((glass.index(nm) - n).abs() < 1e-14);
+    }
+    assert!(warnings[0].message.contains("material 'sample'") && warnings[0].message.contains("486.13 nm"));
+
+    let sellmeier = "sellmeier = { b = [1.03961212, 0.231792344, 1.01046945], c = [0.00600069867, 0.0200179144, 103.560653] }";
+    assert!((build(sellmeier).unwrap().0.index(587.5618) - 1.5168).abs() < 1e-6);
+
+    let (table, _) = build("index = 1.6\nabsorption = \"table.csv\"").unwrap();
+    assert!((table.absorption(550.0) - 0.2).abs() < 1e-15);
+}
+
+#[test]
+fn like_a_catalogue_material() {
+    let (pink, _) = build("like = \"diamond\"\nabsorption = [{ constant = 0.02 }]").unwrap();
+    assert_eq!(pink.index(500.0), material("diamond").index(500.0));
+    assert_eq!(pink.absorption(500.0), 0.02);
+    assert_eq!(pink.density, Some(3.52));
+    assert!(pink.sources.iter().all(|s| s.figure != "absorption"));
+    let (clear, _) = build("like = \"ruby\"\nabsorption = []").unwrap();
+    assert_eq!(clear.absorption(550.0), 0.0);
+    let (recut, _) = build("like = \"ruby\"\nindex = 1.76").unwrap();
+    assert_eq!((recut.index(500.0), recut.absorption(550.0)), (1.76, material("ruby").absorption(550.0)));
+    assert!(message("like = \"dimond\"").contains("did you mean 'diamond'?"));
+    assert!(message("like = \"gold\"\nabsorption = []").contains("metal"));
+}
+
+#[test]
+fn conductors() {
+    let (metal, _) = build("conductor = { table = [[400.0, 1.0, 3.0], [700.0, 2.0, 4.0]] }").unwrap();
+    assert!(metal.is_conductor());
+    assert_eq!((metal.index(550.0), metal.extinction(550.0)), (1.5, 3.5));
+    assert!(message("conductor = { table = [[400.0, 0.0, 3.0]] }").contains("conductor.table[0]"));
+    assert!(message("conductor = { table = [[400.0, 1.0, -3.0]] }").contains("k at least 0"));
+    assert!(message("conductor = { table = [] }").contains("table"));
+    assert!(
+        message("conductor = { table = [[500.0, 1.0, 1.0]] }\nabsorption = []").contains("leave this out")
+    );
+}
+
+#[test]
+fn impossible_descriptions_are_explained() {
+    for (text, part) in [
+        ("", "give one of index, cauchy"),
+        ("index = 1.5\ncauchy = [1.5]", "index and cauchy is not valid; give one of them only"),
+        ("index = 1.5\nabsorption = [{ constant = -1.0 }]", "absorption[0].constant: -1"),
+        ("index = 1.5\nabsorption = [{ constant = nan }]", "NaN"),
+        ("index = 1.5\nabsorption = [{ centre = 500.0, sigma = 0.0, peak = 1.0 }]", "absorption[0].sigma"),
+        ("index = 1.5\nabsorption = [{ centre = 500.0, peak = 1.0 }]", "{ centre, peak }"),
+        ("index = 1.5\nabsorption = [{ centre = 500.0, sigma = 9.0, peak = inf }]", "absorption[0].peak"),
+        ("index = 1.5\ndensity = 0.0", "g/cm³"),
+        ("sellmeier = { b = [1.0, 2.0], c = [0.01] }", "2 in b and 1 in c"),
+        ("index_table = [[500.0, 1.5], [400.0, 1.6]]", "table entry 2"),
+        ("measured = [[486.13, 1.5224], [587.56, 1.5168]]", "2 measurements"),
+    ] {
+        let found = message(text);
+        assert!(found.contains(part) && found.contains("material 'sample'"), "{text}: {found}");
+    }
+    for (text, part) in [
+        ("indx = 1.5", "unknown field `indx`"),
+        ("index = 1.5\nabsorption = [{ center = 500.0 }]", "unknown field `center`"),
+        ("index = 1.5\nabsorption = 3", "a list of bands"),
+    ] {
+        let found = toml::from_str::<MaterialSpec>(text).unwrap_err().to_string();
+        assert!(found.contains(part), "{text}: {found}");
+    }
+}
+
+#[test]
+fn absorption_terms() {
+    let band = Term::GaussianWavenumber { centre: 500.0, fwhm_cm1: 2000.0, peak: 0.8 };
+    // 500 nm is 20 000 cm⁻¹; half the maximum lies 1000 cm⁻¹ to either side.
+    for nm in [1e7 / 21_000.0, 1e7 / 19_000.0] {
+        assert!((band.coefficient(nm) - 0.4).abs() < 1e-15);
+    }
+    let sum = Absorption::new(vec![band.clone(), Term::Constant(0.1)]).unwrap();
+    assert!((sum.coefficient(500.0) - 0.9).abs() < 1e-15);
+    assert_eq!(sum.transmittance(500.0, 0.0), 1.0);
+    let negative = Tabulated::from_csv("400,0.1\n500,-0.1\n", "t").unwrap();
+    let error = Absorption::new(vec![Term::Table(negative)]).unwrap_err().to_string();
+    assert!(error.contains("500 nm") && error.contains("cannot add light"), "{error}");
+}
