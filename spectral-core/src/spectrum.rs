@@ -169,7 +169,10 @@ pub(crate) fn columns<const N: usize>(text: &str, what: &str) -> Result<Vec<(usi
         match (complete, <[f64; N]>::try_from(numbers)) {
             (true, Ok(row)) => rows.push((index + 1, row)),
             _ => {
-                return Err(data(index + 1, format!("'{}' must be {N} numbers, such as 550,1.5", raw.trim())));
+                return Err(data(
+                    index + 1,
+                    format!("'{}' must be {N} numbers, such as 550,1.5", raw.trim()),
+                ));
             }
         }
     }
