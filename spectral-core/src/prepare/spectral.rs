@@ -43,9 +43,8 @@ pub(super) fn tables(
 ) -> Result<Vec<SpectralTable>, Error> {
     let grid = &settings.wavelengths;
     let materials = distinct_materials(scene);
-    let [low, high] = grid.range();
     for material in &materials {
-        warnings.extend(material.check(&(low..=high))?);
+        warnings.extend(material.check(grid.range())?);
     }
     let jitter = settings.jitter && grid.can_jitter() && settings.samples > 1;
     let grids = if jitter { settings.samples.min(MOST_GRIDS) } else { 1 };
