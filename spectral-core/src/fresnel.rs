@@ -164,9 +164,9 @@ fn total<T: Real>(cos_i: T, eta: T, kappa2: f64) -> Fresnel<T> {
 ///
 /// ```
 /// use spectral_core::fresnel::{dielectric, dielectric_mean};
-/// let (reflectance, cos_t) = dielectric_mean(0.3, 1.0 / 2.417);
+/// let (reflectance, cos_t) = dielectric_mean(0.3_f64, 1.0 / 2.417);
 /// let full = dielectric(0.3, 1.0 / 2.417);
-/// assert!((reflectance - full.reflectance()).abs() < 1e-15_f64);
+/// assert!((reflectance - full.reflectance()).abs() < 1e-15);
 /// assert_eq!(cos_t, full.cos_t);
 /// ```
 #[inline]

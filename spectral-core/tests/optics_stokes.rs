@@ -281,7 +281,7 @@ fn throughput_never_exceeds_one() {
             row = row.rotated(turned.cos2, turned.sin2).reflected(&event);
             w = unit(plus(w, scaled(n, 2.0 * cos)));
             let [i, q, u, v] = row.0.map(f64::from);
-            assert!(i <= 1.0 + 1e-6 && i >= 0.0, "{row:?}");
+            assert!((0.0..=1.0 + 1e-6).contains(&i), "{row:?}");
             assert!((q * q + u * u + v * v).sqrt() <= i * (1.0 + 1e-5) + 1e-7, "{row:?}");
             assert!(row.bound() >= row.intensity());
         }
