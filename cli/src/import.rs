@@ -1,1 +1,117 @@
-//! Reads cuts, meshes and environments from files.
+//! Reads cuts, meshes, environments and tables from files.
+//!
+//! Every reader takes bytes, so that what is read is what is hashed into a picture's provenance, and hands
+//! plain data to the core, which knows no file formats. Files are refused by their size before they are
+//! read, and pictures by the memory they would need before it is taken.
+
+pub mod cut;
+pub mod environment;
+pub mod mesh;
+mod obj;
+mod ply;
+mod polygon;
+mod stl;
+
+use crate::Error;
+use spectral_core::{Warning, nearest_name};
+use std::fs::File;
+use std::io::{ErrorKind, Read};
+use std::path::Path;
+
+/// The largest file that is read, bytes (4 GiB).
+pub const MAX_FILE_BYTES: u64 = 4 << 30;
+
+/// The whole of a file.
+///
+/// # Errors
+/// [`Error::File`] for one that is missing (naming the nearest name in its folder), unreadable, not a
+/// regular file, or larger than [`MAX_FILE_BYTES`].
+pub fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
+    let refuse = |e: std::io::Error| Error::file(path, describe(path, &e));
+    // The kind is looked up before opening: opening a pipe would wait for a writer.
+    let kind = std::fs::metadata(path).map_err(refuse)?;
+    if kind.is_dir() {
+        return Err(Error::file(path, "this is a folder, where a file is expected"));
+    }
+    if !kind.is_file() {
+        return Err(Error::file(path, "this is not a regular file"));
+    }
+    if kind.len() > MAX_FILE_BYTES {
+        return Err(Error::file(path, too_large(kind.len())));
+    }
+    let mut bytes = Vec::with_capacity(kind.len() as usize);
+    let file = File::open(path).map_err(refuse)?;
+    file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(refuse)?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(Error::file(path, too_large(bytes.len() as u64)));
+    }
+    Ok(bytes)
+}
+
+fn too_large(bytes: u64) -> String {
+    format!("{} is more than the {} that are read", gibibytes(bytes.into()), gibibytes(MAX_FILE_BYTES.into()))
+}
+
+/// A size for people: `"1.5 GiB"`.
+fn gibibytes(bytes: u128) -> String {
+    format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
+}
+
+fn describe(path: &Path, error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => format!("no such file{}", neighbour(path)),
+        ErrorKind::PermissionDenied => "no permission to read it".into(),
+        ErrorKind::InvalidInput => "this is not a file name".into(),
+        _ => format!("cannot be read: {error}"),
+    }
+}
+
+fn neighbour(path: &Path) -> String {
+    let Some(name) = path.file_name().and_then(|n| n.to_str()) else { return String::new() };
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return format!(" (nor a folder {})", folder.display());
+    };
+    let mut names: Vec<String> = entries
+        .flatten()
+        .take(10_000)
+        .filter(|e| e.file_type().is_ok_and(|t| !t.is_dir()))
+        .filter_map(|e| e.file_name().into_string().ok())
+        .collect();
+    names.sort();
+    match nearest_name(name, names.iter().map(String::as_str)) {
+        Some(near) => format!("; did you mean '{near}'?"),
+        None => String::new(),
+    }
+}
+
+/// A file's text: UTF-8, with or without a byte-order mark.
+///
+/// # Errors
+/// [`Error::File`] naming the line with the first byte that is not UTF-8.
+pub fn text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, Error> {
+    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+    std::str::from_utf8(bytes).map_err(|e| {
+        let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
+        Error::file(path, format!("line {line} is not UTF-8 text"))
+    })
+}
+
+/// The extension in lower case; empty if there is none.
+fn extension(path: &Path) -> String {
+    path.extension().and_then(|e| e.to_str()).unwrap_or_default().to_ascii_lowercase()
+}
+
+/// A core error as one about this file.
+fn blame(path: &Path) -> impl Fn(spectral_core::Error) -> Error {
+    move |e| Error::file(path, e)
+}
+
+/// Warnings with the file's name in front.
+fn about(path: &Path, warnings: Vec<Warning>) -> Vec<Warning> {
+    let name = path.display();
+    warnings.into_iter().map(|w| Warning::new(format!("{name}: {}", w.message))).collect()
+}

@@ -1,1 +1,123 @@
-//! Reads scene files.
+//! Scene files: TOML to a [`Scene`] with its [`RenderSettings`].
+//!
+//! The format is described, key by key, in the examples under `scenes/`. Lengths are in mm, angles in
+//! degrees, wavelengths in nm; paths are relative to the scene file. Every key has a default but `format`,
+//! the camera's `position` and `look_at`, and a stone's shape and `material`. Whatever is wrong is told with
+//! its line, what was written, and what would be right.
+//!
+//! ```
+//! let text = r#"
+//!     format = 1
+//!     camera = { position = [0, -20, 20], look_at = [0, 0, 0] }
+//!     [[stone]]
+//!     shape = { name = "round-brilliant", table = 0.55 }
+//!     width = 6.5
+//!     material = "diamond"
+//! "#;
+//! let loaded = gemtrace::scene_file::parse(text, "stone.toml".as_ref(), ".".as_ref())?;
+//! assert_eq!(loaded.scene.stones.len(), 1);
+//!
+//! let error = gemtrace::scene_file::parse(&text.replace("width", "widht"), "stone.toml".as_ref(), ".".as_ref());
+//! let message = error.unwrap_err().to_string();
+//! assert_eq!(message, "stone.toml, line 6: unknown key 'widht' in [[stone]]; did you mean 'width'?");
+//! # Ok::<(), gemtrace::Error>(())
+//! ```
+
+mod fields;
+mod light;
+mod material;
+mod setting;
+mod source;
+mod stone;
+mod view;
+
+use crate::{Error, import};
+use fields::{Document, Fields};
+use source::Sources;
+use spectral_core::Warning;
+use spectral_core::film::Film;
+use spectral_core::scene::Scene;
+use spectral_core::settings::RenderSettings;
+use std::path::{Path, PathBuf};
+use toml::de::DeTable;
+
+/// The only version of the format so far.
+pub const FORMAT: i64 = 1;
+
+/// A scene as its file describes it, with all that it names read in.
+#[derive(Debug, Clone)]
+pub struct LoadedScene {
+    /// What is to be rendered.
+    pub scene: Scene,
+    /// How.
+    pub settings: RenderSettings,
+    /// What was accepted with a remark.
+    pub warnings: Vec<Warning>,
+    /// SHA-256, in hexadecimal, over the scene's text and every file it names, each with its length, in the
+    /// order they are named: the same hash, the same input.
+    pub hash: String,
+    /// The files that the scene names, in that order.
+    pub files: Vec<PathBuf>,
+}
+
+/// Reads a scene file and the files it names.
+///
+/// # Errors
+/// [`Error::File`] if the scene file itself cannot be read, else [`Error::Scene`] with the line.
+pub fn load(path: &Path) -> Result<LoadedScene, Error> {
+    let bytes = import::read_file(path)?;
+    let text = import::text(path, &bytes)?;
+    parse(text, path, path.parent().unwrap_or(Path::new("")))
+}
+
+/// Reads a scene from its text. `path` names it in messages; the files it names are found from `folder`.
+///
+/// # Errors
+/// [`Error::Scene`] with the line.
+pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Error> {
+    let document = Document { path, text };
+    let table = DeTable::parse(text).map_err(|e| document.toml_error(0, &e))?;
+    let root = Fields::new(document, "the scene", 0, table.get_ref());
+    check_format(&root)?;
+    let mut sources = Sources::new(text, folder);
+    let settings = setting::read(&root)?;
+    let view = view::read(&root)?;
+    let environment = light::read(&root, &mut sources)?;
+    let stones = stone::read(&root, &mut sources, &settings)?;
+    root.finish()?;
+    view.check(&settings)?;
+    let scene = Scene {
+        camera: view.camera,
+        width: view.width,
+        height: view.height,
+        background: view.background,
+        environment,
+        stones,
+    };
+    Ok(LoadedScene {
+        scene,
+        settings,
+        warnings: sources.warnings,
+        hash: sources.hash.finish(),
+        files: sources.files,
+    })
+}
+
+fn check_format(root: &Fields) -> Result<(), Error> {
+    let expected = format!("the version of the scene format, {FORMAT}");
+    match root.get("format") {
+        None => Err(root.error(format!("a scene begins with 'format = {FORMAT}', which is missing here"))),
+        Some(entry) if entry.whole::<i64>(&expected)? == FORMAT => Ok(()),
+        Some(entry) => Err(entry.refuse(&expected)),
+    }
+}
+
+impl view::View<'_> {
+    /// The picture's size against memory, which depends on the settings, too.
+    fn check(&self, settings: &RenderSettings) -> Result<(), Error> {
+        let kept = if settings.spectral { settings.wavelengths.len() } else { 0 };
+        Film::check_size(self.width, self.height, kept).map_err(|e| self.at_film(e))?;
+        self.camera.view(self.width, self.height).map_err(|e| self.at_camera(e))?;
+        Ok(())
+    }
+}

@@ -1,0 +1,166 @@
+//! PLY, text and binary, through the crate `ply-rs-bw`.
+
+use super::mesh::Soup;
+use super::polygon;
+use glam::DVec3;
+use ply_rs_bw::parser::{Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
+use std::io::Cursor;
+
+/// The triangles of a PLY file, or what is wrong with it.
+pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
+    let mut reader = Reader::new(Cursor::new(bytes));
+    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(complaint)?;
+    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
+    for (name, element) in &header.elements {
+        check(element, bytes.len())?;
+        match name.as_str() {
+            "vertex" => vertices = elements::<Vertex>(&mut reader, element, &header)?,
+            "face" => faces = elements::<Face>(&mut reader, element, &header)?,
+            _ => drop(elements::<Skipped>(&mut reader, element, &header)?),
+        }
+    }
+    if let Some(element) = header.elements.get("vertex")
+        && let Some(axis) = ["x", "y", "z"].iter().find(|axis| !element.properties.contains_key(**axis))
+    {
+        return Err(format!("its vertices have no property '{axis}'"));
+    }
+    let positions: Vec<DVec3> = vertices.iter().map(|v| DVec3::from_array(v.0)).collect();
+    let mut triangles = Vec::new();
+    for (number, face) in faces.iter().enumerate() {
+        triangles_of(&positions, &face.0, &mut triangles).map_err(|m| format!("face {number}: {m}"))?;
+    }
+    Ok(Soup { positions, triangles })
+}
+
+fn triangles_of(positions: &[DVec3], corners: &[i64], triangles: &mut Vec<[u32; 3]>) -> Result<(), String> {
+    let corners = corners
+        .iter()
+        .map(|&c| match u32::try_from(c) {
+            Ok(index) if (index as usize) < positions.len() => Ok(index),
+            _ => Err(format!("vertex {c} is not there; the file has {}, counted from 0", positions.len())),
+        })
+        .collect::<Result<Vec<_>, String>>()?;
+    if corners.len() < 3 {
+        return Err(format!("it has {} corners and needs at least 3", corners.len()));
+    }
+    polygon::triangulate(positions, &corners, triangles)
+}
+
+/// An element without properties takes no bytes, so a header could announce any number of them; all others
+/// end with the file.
+fn check(element: &ElementDef, bytes: usize) -> Result<(), String> {
+    if element.count > bytes {
+        let (name, count) = (&element.name, element.count);
+        return Err(format!("truncated: its header announces {count} '{name}' elements, in {bytes} bytes"));
+    }
+    Ok(())
+}
+
+fn elements<E: PropertyAccess>(
+    reader: &mut Reader<Cursor<&[u8]>>,
+    element: &ElementDef,
+    header: &Header,
+) -> Result<Vec<E>, String> {
+    Parser::<E>::new().read_payload_for_element(reader, element, header).map_err(complaint)
+}
+
+fn complaint(error: ply_rs_bw::parser::ParseError) -> String {
+    // The crate's messages run over several indented lines; a message here is one.
+    let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("not a complete PLY file: {}", text.chars().take(300).collect::<String>())
+}
+
+struct Vertex([f64; 3]);
+
+impl PropertyAccess for Vertex {
+    fn new() -> Self {
+        Vertex([0.0; 3])
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        let axis = match name {
+            "x" => 0,
+            "y" => 1,
+            "z" => 2,
+            _ => return PropertyAccessResult::Ignored,
+        };
+        self.0[axis] = match value {
+            Property::Char(v) => v.into(),
+            Property::UChar(v) => v.into(),
+            Property::Short(v) => v.into(),
+            Property::UShort(v) => v.into(),
+            Property::Int(v) => v.into(),
+            Property::UInt(v) => v.into(),
+            Property::Float(v) => v.into(),
+            Property::Double(v) => v,
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+struct Face(Vec<i64>);
+
+impl PropertyAccess for Face {
+    fn new() -> Self {
+        Face(Vec::new())
+    }
+
+    fn set_property(&mut self, name: &str, value: Property) -> PropertyAccessResult {
+        if !matches!(name, "vertex_indices" | "vertex_index") {
+            return PropertyAccessResult::Ignored;
+        }
+        self.0 = match value {
+            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
+            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
+            _ => return PropertyAccessResult::UnsupportedType,
+        };
+        PropertyAccessResult::Set
+    }
+}
+
+struct Skipped;
+
+impl PropertyAccess for Skipped {
+    fn new() -> Self {
+        Skipped
+    }
+
+    fn set_property(&mut self, _: &str, _: Property) -> PropertyAccessResult {
+        PropertyAccessResult::Ignored
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty double y\n\
+        property int z\nproperty uchar red\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n\
+        0 0 0 9\n1 0 0 9\n0 1.5 0 9\n0 0 1 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
+
+    #[test]
+    fn text_files_with_any_number_type() {
+        let soup = read(TETRAHEDRON.as_bytes()).unwrap();
+        assert_eq!(soup.triangles.len(), 4);
+        assert_eq!(soup.positions[2], DVec3::new(0.0, 1.5, 0.0));
+    }
+
+    #[test]
+    fn messages_say_what_is_missing() {
+        let refused = |text: String, message: &str| {
+            let error = read(text.as_bytes()).unwrap_err();
+            assert!(error.contains(message), "{error}");
+        };
+        refused(TETRAHEDRON.replace("3 2 0 3\n", ""), "Unexpected end of file while reading element 'face'");
+        refused(TETRAHEDRON.replace("3 2 0 3", "3 2 0 9"), "face 3: vertex 9 is not there; the file has 4");
+        refused(TETRAHEDRON.replace("double y", "double w"), "no property 'y'");
+        let hollow = "ply\nformat binary_little_endian 1.0\nelement nothing 4000000000\nend_header\n";
+        refused(hollow.into(), "announces 4000000000 'nothing' elements");
+    }
+}

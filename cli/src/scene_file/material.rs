@@ -1,0 +1,85 @@
+//! `[material.NAME]` and the names that stones may use.
+
+use super::fields::{Entry, Fields};
+use super::source::Sources;
+use crate::{Error, import};
+use spectral_core::material::{Catalogue, Material, MaterialSpec};
+use spectral_core::settings::RenderSettings;
+use spectral_core::spectrum::Tabulated;
+use std::cell::RefCell;
+use std::sync::Arc;
+
+/// The scene's own materials, before the catalogue's.
+pub(super) struct Materials {
+    own: Vec<Arc<Material>>,
+}
+
+pub(super) fn read(
+    root: &Fields,
+    sources: &mut Sources,
+    settings: &RenderSettings,
+) -> Result<Materials, Error> {
+    let mut own = Vec::new();
+    if let Some(entry) = root.get("material") {
+        for entry in entry.fields("[material]")?.entries() {
+            own.push(Arc::new(build(&entry, sources, settings)?));
+        }
+    }
+    Ok(Materials { own })
+}
+
+fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Result<Material, Error> {
+    let fields = entry.fields(format!("[material.{}]", entry.key))?;
+    let spec: MaterialSpec = entry.read()?;
+    // The core asks for tables through a shared closure and knows only its own errors.
+    let (shared, failed) = (RefCell::new(&mut *sources), RefCell::new(None));
+    let resolve = |name: &str| {
+        let read = shared.borrow_mut().read(name).and_then(|(path, bytes)| {
+            let text = import::text(&path, &bytes)?;
+            Ok(Tabulated::from_csv(text, &path.display().to_string())?)
+        });
+        read.map_err(|e| {
+            let message = spectral_core::Error::value("absorption", name, e.to_string());
+            failed.replace(Some(e));
+            message
+        })
+    };
+    let built = spec.build(&entry.key, resolve);
+    let (material, warnings) = match (built, failed.into_inner()) {
+        (Err(_), Some(file)) => return Err(entry.error(file)),
+        (built, _) => built.map_err(|e| fields.blame(e))?,
+    };
+    sources.warn(warnings);
+    // Preparation checks it again; here the complaint has a line.
+    material.check(settings.wavelengths.range()).map_err(|e| fields.blame(e))?;
+    Ok(material)
+}
+
+impl Materials {
+    /// The material that an entry names.
+    pub fn get(&self, entry: &Entry) -> Result<Arc<Material>, Error> {
+        let name = entry.text("the name of a material")?;
+        if let Some(own) = self.own.iter().find(|m| m.name == name) {
+            return Ok(own.clone());
+        }
+        Catalogue::builtin()
+            .get(name)
+            .map(|m| Arc::new(m.clone()))
+            .map_err(|e| entry.error(self.unknown(name, e)))
+    }
+
+    /// The catalogue's complaint, unless one of the scene's own names is as near.
+    fn unknown(&self, name: &str, error: spectral_core::Error) -> spectral_core::Error {
+        let own = || self.own.iter().map(|m| m.name.as_str());
+        match error {
+            spectral_core::Error::Unknown { kind, name: given, nearest, valid } => {
+                let candidates = own().chain(nearest.as_deref());
+                let nearest =
+                    spectral_core::nearest_name(name, candidates).map(str::to_owned).or(nearest.clone());
+                let valid = own().map(str::to_owned).chain(valid).collect();
+                spectral_core::Error::Unknown { kind, name: given, nearest, valid }
+            }
+            other => other,
+        }
+    }
+}

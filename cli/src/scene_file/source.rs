@@ -1,0 +1,86 @@
+//! The files that a scene names: found, read once, hashed and remembered.
+
+use super::fields::Entry;
+use crate::{Error, import};
+use sha2::{Digest, Sha256};
+use spectral_core::Warning;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// What the scene has read so far.
+pub(super) struct Sources {
+    folder: PathBuf,
+    pub files: Vec<PathBuf>,
+    contents: Vec<Rc<Vec<u8>>>,
+    pub hash: Hash,
+    pub warnings: Vec<Warning>,
+}
+
+impl Sources {
+    pub fn new(text: &str, folder: &Path) -> Self {
+        let mut hash = Hash(Sha256::new());
+        hash.add(text.as_bytes());
+        Sources {
+            folder: folder.to_owned(),
+            files: Vec::new(),
+            contents: Vec::new(),
+            hash,
+            warnings: Vec::new(),
+        }
+    }
+
+    /// A file named by the scene, with its path from here.
+    pub fn read(&mut self, name: &str) -> Result<(PathBuf, Rc<Vec<u8>>), Error> {
+        let path = self.folder.join(name);
+        if let Some(known) = self.files.iter().position(|f| *f == path) {
+            return Ok((path, self.contents[known].clone()));
+        }
+        let bytes = Rc::new(import::read_file(&path)?);
+        self.hash.add(&bytes);
+        self.files.push(path.clone());
+        self.contents.push(bytes.clone());
+        Ok((path, bytes))
+    }
+
+    /// What `reader` makes of the file that an entry names; its complaints come with the entry's line.
+    pub fn import<T>(
+        &mut self,
+        entry: &Entry,
+        reader: impl FnOnce(&Path, &[u8]) -> Result<(T, Vec<Warning>), Error>,
+    ) -> Result<T, Error> {
+        let name = entry.text("the name of a file")?;
+        let read = self.read(name).and_then(|(path, bytes)| reader(&path, &bytes));
+        let (value, warnings) = read.map_err(|e| entry.error(e))?;
+        self.warn(warnings);
+        Ok(value)
+    }
+
+    /// Adds what was not yet said.
+    pub fn warn(&mut self, warnings: Vec<Warning>) {
+        for warning in warnings {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+    }
+}
+
+/// SHA-256 over parts, each preceded by its length, so that no two inputs run into each other.
+pub(super) struct Hash(Sha256);
+
+impl Hash {
+    fn add(&mut self, part: &[u8]) {
+        self.0.update((part.len() as u64).to_le_bytes());
+        self.0.update(part);
+    }
+
+    /// In hexadecimal.
+    pub fn finish(self) -> String {
+        self.0.finalize().iter().fold(String::new(), |mut text, byte| {
+            // Writing to a string cannot fail.
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    }
+}

@@ -1,0 +1,117 @@
+//! `[[stone]]`.
+
+use super::fields::{Entry, Fields, either};
+use super::material::{self, Materials};
+use super::source::Sources;
+use crate::{Error, import};
+use spectral_core::Warning;
+use spectral_core::mesh::Mesh;
+use spectral_core::scene::Stone;
+use spectral_core::settings::RenderSettings;
+use spectral_core::shape::ShapeSpec;
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+const FORMS: [&str; 3] = ["cut", "mesh", "shape"];
+
+pub(super) fn read(
+    root: &Fields,
+    sources: &mut Sources,
+    settings: &RenderSettings,
+) -> Result<Vec<Stone>, Error> {
+    let materials = material::read(root, sources, settings)?;
+    let Some(entry) = root.get("stone") else { return Ok(Vec::new()) };
+    let mut shelf = Shelf::default();
+    let tables = entry.tables("[[stone]]")?;
+    tables
+        .iter()
+        .enumerate()
+        .map(|(number, fields)| stone(number + 1, fields, &materials, sources, &mut shelf))
+        .collect()
+}
+
+fn stone(
+    number: usize,
+    fields: &Fields,
+    materials: &Materials,
+    sources: &mut Sources,
+    shelf: &mut Shelf,
+) -> Result<Stone, Error> {
+    // A misspelt key is told before whatever its absence would lead to.
+    let own = fields.get("name").map(|e| e.text("a name for messages")).transpose()?;
+    let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
+    let (priority, material) = (fields.get("priority"), fields.get("material"));
+    let form = fields.one_of(&FORMS)?;
+    fields.finish()?;
+    let missing = |what: &str| fields.error(format!("[[stone]] {number} needs {what}"));
+    let (key, form) = form.ok_or_else(|| missing(&format!("exactly one of {}", either(&FORMS))))?;
+    let material = material.ok_or_else(|| missing("'material': the name of a material"))?;
+    let (mesh, source) = match key {
+        "shape" => (shape(&form, sources)?, "shape"),
+        _ => (shelf.mesh(key, &form, sources)?, form.text("the name of a file")?),
+    };
+    let label = own.map_or_else(|| format!("stone {number} ({source})"), str::to_owned);
+    let mut stone = Stone::new(label, mesh, materials.get(&material)?);
+    stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
+    if let Some(entry) = rotation {
+        stone.rotation = entry.vector("three angles [x, y, z], degrees")?.into();
+    }
+    if let Some(entry) = position {
+        stone.position = entry.vector("three numbers [x, y, z], mm")?.into();
+    }
+    if let Some(entry) = priority {
+        stone.priority = entry.whole("a whole number")?;
+    }
+    if stone.width.is_none() && key != "mesh" {
+        let message = format!("{} has no width: its design's own unit is taken for 1 mm", stone.name);
+        sources.warn(vec![Warning::new(message)]);
+    }
+    // Preparation places it again; here the complaint has a line.
+    stone.placed().map_err(|e| fields.blame(e))?;
+    Ok(stone)
+}
+
+/// `shape = "step"`, or with parameters `shape = { name = "step", … }`.
+fn shape(entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
+    let spec = match entry.value.get_ref().as_str() {
+        Some(name) => ShapeSpec::by_name(name).map_err(|e| entry.error(e))?,
+        None => {
+            let fields = entry.fields("shape")?;
+            let expected = format!("one of {}", either(&ShapeSpec::NAMES));
+            let name = fields.need("name", &expected)?;
+            ShapeSpec::by_name(name.text(&expected)?).map_err(|e| name.error(e))?;
+            entry.read()?
+        }
+    };
+    let cut = spec.cut().map_err(|e| entry.error(e))?;
+    let (mesh, warnings) = cut.solid().map_err(|e| entry.error(e))?;
+    sources.warn(warnings);
+    Ok(Arc::new(mesh))
+}
+
+/// Solids by the file they come from, so that many stones of one cut share it.
+#[derive(Default)]
+struct Shelf(HashMap<PathBuf, Arc<Mesh>>);
+
+impl Shelf {
+    fn mesh(&mut self, key: &str, entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
+        let name = PathBuf::from(entry.text("the name of a file")?);
+        if let Some(known) = self.0.get(&name) {
+            return Ok(known.clone());
+        }
+        let other = if key == "cut" { import::mesh::Format::of(&name).map(|_| "mesh") } else { None };
+        let other = other.or_else(|| import::cut::Format::of(&name).filter(|_| key == "mesh").map(|_| "cut"));
+        if let Some(other) = other {
+            return Err(entry.refuse(&format!("{} file; write {other} = … for this one", article(key))));
+        }
+        let reader = if key == "cut" { import::cut::solid } else { import::mesh::read };
+        let mesh = Arc::new(sources.import(entry, reader)?);
+        self.0.insert(name, mesh.clone());
+        Ok(mesh)
+    }
+}
+
+fn article(key: &str) -> &'static str {
+    if key == "cut" { "a cut (.asc, .gem, .gcs)" } else { "a mesh (.obj, .stl, .ply)" }
+}
