@@ -1,1 +1,10 @@
-//! (to be written)
+//! What the whole-renderer tests share: solids with known answers, light that tells where a ray went,
+//! renders by every way through the code, and the statistics they are judged by.
+//!
+//! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
+
+pub mod compare;
+pub mod light;
+pub mod render;
+pub mod scene;
+pub mod solid;

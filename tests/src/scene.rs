@@ -1,0 +1,115 @@
+//! Scenes and settings for tests: one line each.
+
+use crate::solid;
+use glam::DVec3;
+use spectral_core::{
+    absorption::{Absorption, Term},
+    camera::{Camera, Projection},
+    dispersion::Dispersion,
+    environment::Environment,
+    material::{Catalogue, Kind, Material},
+    mesh::Mesh,
+    scene::{Background, Scene, Stone},
+    settings::{Leftover, RenderSettings},
+    spectrum::{Ends, Tabulated},
+    wavelength::WavelengthGrid,
+};
+use std::sync::Arc;
+
+/// A scene seen against its environment, `size` × `size` pixels.
+pub fn scene(camera: Camera, size: u32, environment: Environment, stones: Vec<Stone>) -> Scene {
+    Scene { camera, width: size, height: size, background: Background::Environment, environment, stones }
+}
+
+/// A camera at `position` that looks at the origin with a field of view of `fov` degrees.
+pub fn eye(position: DVec3, fov: f64) -> Camera {
+    Camera {
+        position,
+        look_at: DVec3::ZERO,
+        up: upright(position),
+        projection: Projection::Perspective { fov },
+    }
+}
+
+/// Parallel rays from `position` towards the origin, over an image `height` mm high.
+pub fn parallel(position: DVec3, height: f64) -> Camera {
+    let projection = Projection::Orthographic { height };
+    Camera { position, look_at: DVec3::ZERO, up: upright(position), projection }
+}
+
+/// A bundle of parallel rays, `height` mm high, about the ray from `origin` along `direction`. On a film of one
+/// pixel it is that ray.
+pub fn probe(origin: DVec3, direction: DVec3, height: f64) -> Camera {
+    let projection = Projection::Orthographic { height };
+    Camera { position: origin, look_at: origin + direction, up: upright(direction), projection }
+}
+
+fn upright(view: DVec3) -> DVec3 {
+    if view.normalize().z.abs() > 0.9 { DVec3::Y } else { DVec3::Z }
+}
+
+/// A stone as its mesh stands.
+pub fn stone(mesh: Arc<Mesh>, material: Material) -> Stone {
+    Stone::new("stone", mesh, Arc::new(material))
+}
+
+/// A built-in cut, 6.5 mm wide.
+pub fn gem(cut: &str, material: Material) -> Stone {
+    Stone { width: Some(6.5), ..stone(solid::cut(cut), material) }
+}
+
+/// A colourless material of one index at every wavelength.
+pub fn glass(n: f64) -> Material {
+    tinted(n, 0.0)
+}
+
+/// A material of one index and one Napierian absorption coefficient (1/mm) at every wavelength.
+pub fn tinted(n: f64, absorption: f64) -> Material {
+    let terms = if absorption > 0.0 { vec![Term::Constant(absorption)] } else { vec![] };
+    let absorption = Absorption::new(terms).expect("a valid coefficient");
+    plain(Kind::Dielectric { dispersion: Dispersion::Constant(n), absorption })
+}
+
+/// A metal of one complex index n + ik.
+pub fn metal(n: f64, k: f64) -> Material {
+    let constant = |v: f64| Tabulated::new(vec![550.0], vec![v], Ends::Extend).expect("a valid table");
+    plain(Kind::Conductor { n: constant(n), k: constant(k) })
+}
+
+/// A built-in material.
+pub fn material(name: &str) -> Material {
+    Catalogue::builtin().get(name).expect("a built-in material").clone()
+}
+
+fn plain(kind: Kind) -> Material {
+    let (notes, sources) = (vec![], vec![]);
+    Material { name: "test".into(), kind, density: None, ray: String::new(), notes, sources }
+}
+
+/// One sample a pixel, the given wavelengths (nm), nothing dropped but at the depth limit of 64, and the
+/// radiance kept.
+pub fn settings(nm: &[f64]) -> RenderSettings {
+    RenderSettings {
+        samples: 1,
+        wavelengths: WavelengthGrid::list(nm.to_vec()).expect("ascending wavelengths"),
+        jitter: false,
+        max_depth: 64,
+        leftover: Leftover::Exit,
+        threshold: 0.0,
+        polarized: true,
+        spectral: true,
+    }
+}
+
+/// The same picture, but not the same way to it: inside the first stone lies a speck of its own material, which
+/// is no optical surface, and keeps the stone from being alone.
+pub fn with_speck(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    let host = scene.stones[0].placed().expect("a placeable stone");
+    let (low, high) = host.bounds();
+    let size = 1e-2 * (high - low).min_element();
+    let centre = host.positions().iter().sum::<DVec3>() / host.positions().len() as f64;
+    let speck = solid::cuboid(centre - size, centre + size * DVec3::new(1.0, 1.1, 1.2));
+    scene.stones.push(Stone::new("speck", speck, scene.stones[0].material.clone()));
+    scene
+}
