@@ -225,7 +225,8 @@ impl Mesh {
         &self.facets
     }
 
-    /// The number of connected closed surfaces, counting cavities.
+    /// The number of surfaces connected across edges with two triangles, counting cavities. Shells that touch along an
+    /// edge are told apart; where they touch along a face, its triangles count as surfaces of their own.
     pub fn shells(&self) -> usize {
         self.shells
     }

@@ -116,7 +116,7 @@ fn attempt(planes: &[Plane], tolerance: f64) -> Result<Solid, Failure> {
         let settled = (middle - centre).length() < 0.5 * own && own > 0.5 * radius;
         if settled || round == 3 {
             let polytope = contract(planes, polytope, own);
-            let sound = polytope.is_sound() && stays_behind(planes, &polytope, own);
+            let sound = polytope.is_sound() && agrees(planes, &polytope, own);
             return if sound { Ok(Solid { polytope, repeated }) } else { Err(Failure::Confused) };
         }
         if !(own > 0.0) {
@@ -218,7 +218,7 @@ fn contract(planes: &[Plane], polytope: Polytope, radius: f64) -> Polytope {
     let mut contracted = Polytope { faces: faces.collect(), points };
     contracted.compact();
     sharpen(planes, &mut contracted, radius);
-    if contracted.is_sound() && stays_behind(planes, &contracted, radius) { contracted } else { polytope }
+    if contracted.is_sound() && agrees(planes, &contracted, radius) { contracted } else { polytope }
 }
 
 /// The representative of `v` in a forest of merged vertices.
@@ -230,9 +230,13 @@ fn find(root: &mut [u32], mut v: u32) -> u32 {
     v
 }
 
-/// Whether no vertex stands in front of any plane by more than the contraction accounts for.
-fn stays_behind(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
-    polytope.points.iter().all(|p| planes.iter().all(|plane| plane.distance(*p) <= 2.0 * CONTRACT * radius))
+/// Whether no vertex stands in front of any plane, nor behind that of its own face, by more than the contraction
+/// accounts for.
+fn agrees(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
+    let slack = 2.0 * CONTRACT * radius;
+    let on = |face: &Face, v: u32| planes[face.plane].distance(polytope.points[v as usize]) >= -slack;
+    polytope.points.iter().all(|p| planes.iter().all(|plane| plane.distance(*p) <= slack))
+        && polytope.faces.iter().all(|face| face.corners.iter().all(|&v| on(face, v)))
 }
 
 /// The mesh, its facets in the order of the cut, and what there is to say about facets that are not in it.

@@ -1,9 +1,9 @@
 //! Whether a mesh is the intersection of its facets' half-spaces.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::topology::NONE;
-use super::{Mesh, Plane, bounds};
+use super::{Mesh, Plane};
 
 /// How far a vertex may stand in front of a facet, as a fraction of the extent. Text files round to six decimals or more.
 const TOLERANCE: f64 = 1e-6;
@@ -27,28 +27,49 @@ pub(super) fn is_convex(mesh: &Mesh, across: &[[u32; 3]]) -> bool {
     if mesh.shells != 1 || !locally {
         return false;
     }
-    let mut points = mesh.positions.clone();
+    let mut points = vertices(mesh);
     let mut boxes = Vec::new();
     build(&mut points, &mut boxes);
     mesh.facets.iter().all(|facet| !any_in_front(&facet.plane, slack, &points, &boxes))
 }
 
-/// A box, and where the box after its whole subtree is: a walk that misses a box goes on from there.
+/// A vertex and the sum of the normals around it.
+type Vertex = (DVec3, DVec3);
+
+fn vertices(mesh: &Mesh) -> Vec<Vertex> {
+    let mut points: Vec<Vertex> = mesh.positions.iter().map(|&p| (p, DVec3::ZERO)).collect();
+    for (triangle, &facet) in mesh.triangles.iter().zip(&mesh.facet_of) {
+        let normal = mesh.facets[facet as usize].plane.normal;
+        triangle.iter().for_each(|&v| points[v as usize].1 += normal);
+    }
+    points
+}
+
+/// A box that leans with the surface, whose thickness is then the bulge of its patch and not the patch's width: an
+/// upright box would reach far in front of the planes of its neighbours.
 struct Node {
+    /// Rows are the box's axes.
+    axes: DMat3,
     low: DVec3,
     high: DVec3,
+    /// Where the node after this one's whole subtree is.
     skip: usize,
 }
 
-/// Sorts `points` into halves along the longest axis, recursively, and appends the boxes in depth-first order.
-fn build(points: &mut [DVec3], boxes: &mut Vec<Node>) {
-    let (low, high) = bounds(points);
+/// Sorts `points` into halves along their longest axis, recursively, and appends the boxes in depth-first order.
+fn build(points: &mut [Vertex], boxes: &mut Vec<Node>) {
+    let up = points.iter().map(|p| p.1).sum::<DVec3>().normalize_or(DVec3::Z);
+    let (right, forward) = up.any_orthonormal_pair();
+    let axes = DMat3::from_cols(right, forward, up).transpose();
+    let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let within = |(low, high): (DVec3, DVec3), p: DVec3| (low.min(p), high.max(p));
+    let (low, high) = points.iter().fold(start, |b, p| within(b, axes * p.0));
     let own = boxes.len();
-    boxes.push(Node { low, high, skip: 0 });
+    boxes.push(Node { axes, low, high, skip: 0 });
     if points.len() > LEAF {
-        let axis = (high - low).max_position();
+        let axis = axes.row((high - low).max_position());
         let half = points.len() / 2;
-        points.select_nth_unstable_by(half, |a, b| a[axis].total_cmp(&b[axis]));
+        points.select_nth_unstable_by(half, |a, b| axis.dot(a.0).total_cmp(&axis.dot(b.0)));
         let (left, right) = points.split_at_mut(half);
         build(left, boxes);
         build(right, boxes);
@@ -56,20 +77,20 @@ fn build(points: &mut [DVec3], boxes: &mut Vec<Node>) {
     boxes[own].skip = boxes.len();
 }
 
-/// Whether any point stands more than `slack` in front of the plane. A leaf's box is tested point by point.
-fn any_in_front(plane: &Plane, slack: f64, points: &[DVec3], boxes: &[Node]) -> bool {
+/// Whether any point stands more than `slack` in front of the plane.
+fn any_in_front(plane: &Plane, slack: f64, points: &[Vertex], boxes: &[Node]) -> bool {
     let limit = plane.offset + slack;
-    let n = plane.normal;
-    // The points of the subtrees passed so far: leaves come in the order of the points.
+    // Nodes to look at, each with its share of the points.
     let mut stack = vec![(0, points)];
     while let Some((at, points)) = stack.pop() {
         let node = &boxes[at];
-        let furthest = (n * node.low).max(n * node.high);
-        if furthest.element_sum() <= limit {
+        let normal = node.axes * plane.normal;
+        let furthest = (normal * node.low).max(normal * node.high).element_sum();
+        if furthest <= limit {
             continue;
         }
         if points.len() <= LEAF {
-            if points.iter().any(|p| n.dot(*p) > limit) {
+            if points.iter().any(|p| plane.normal.dot(p.0) > limit) {
                 return true;
             }
             continue;

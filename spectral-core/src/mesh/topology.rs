@@ -21,6 +21,20 @@ pub(super) struct Surface {
     pub thin: f64,
 }
 
+/// Why triangles do not make a closed surface.
+pub(super) struct Fault {
+    message: String,
+    place: DVec3,
+    /// Whether joining vertices might mend it.
+    pub is_open: bool,
+}
+
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Self {
+        Error::Solid { message: fault.message, place: Some(fault.place.to_array()) }
+    }
+}
+
 /// One side of an edge: the edge's two vertices, the lower first, as one key, and `4 · triangle + k`.
 type Side = (u64, u32);
 
@@ -31,7 +45,7 @@ pub(super) fn build(
     extent: f64,
     thin: f64,
     warnings: &mut Vec<Warning>,
-) -> Result<Surface, Error> {
+) -> Result<Surface, Fault> {
     let sides = sorted_sides(&triangles);
     let mut across = pair(&positions, &triangles, &sides)?;
     let (shell_of, shells, flipped) = orient(&positions, &triangles, &across)?;
@@ -48,7 +62,8 @@ pub(super) fn build(
     let volume = signed_volume(&positions, &triangles);
     if volume.abs() <= 1e-12 * extent.powi(3) {
         let message = "the mesh encloses no volume: its surface lies on itself".to_owned();
-        return Err(Error::Solid { message, place: positions.first().map(|p| p.to_array()) });
+        let place = positions.first().copied().unwrap_or_default();
+        return Err(Fault { message, place, is_open: false });
     }
     if volume < 0.0 {
         warnings.push(Warning::new("the mesh was inside out (its triangles faced inwards) and was turned"));
@@ -73,7 +88,7 @@ fn sorted_sides(triangles: &[[u32; 3]]) -> Vec<Side> {
 
 /// Pairs the two sides of each edge. Edges with four or more sides, an even number, are where shells touch: they are
 /// left unpaired, and [`check_balance`] looks at them once the shells are oriented.
-fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<Vec<[u32; 3]>, Error> {
+fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<Vec<[u32; 3]>, Fault> {
     let mut across = vec![[NONE; 3]; triangles.len()];
     let (mut open, mut odd) = ((0_usize, 0_u64), (0_usize, 0_u64));
     for group in sides.chunk_by(|a, b| a.0 == b.0) {
@@ -94,19 +109,20 @@ fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<V
         return Err(at_edge(positions, what, odd));
     }
     if open.0 > 0 {
-        return Err(at_edge(positions, "open mesh: N edge{s} with a triangle on one side only", open));
+        let what = "open mesh: N edge{s} with a triangle on one side only";
+        return Err(Fault { is_open: true, ..at_edge(positions, what, open) });
     }
     Ok(across)
 }
 
 /// The error about `count` edges, of which the first has the vertices packed in `key`.
-fn at_edge(positions: &[DVec3], what: &str, (count, key): (usize, u64)) -> Error {
+fn at_edge(positions: &[DVec3], what: &str, (count, key): (usize, u64)) -> Fault {
     let [a, b] = [key >> 32, key & 0xffff_ffff].map(|v| positions[v as usize]);
     let (plural, first) = if count == 1 { (" is", "") } else { ("s are", "the first ") };
     let head = what.replace("N", &count.to_string()).replace("{s}", plural);
     let message =
         format!("{head}, {first}between ({}, {}, {}) and ({}, {}, {})", a.x, a.y, a.z, b.x, b.y, b.z);
-    Error::Solid { message, place: Some((0.5 * (a + b)).to_array()) }
+    Fault { message, place: 0.5 * (a + b), is_open: false }
 }
 
 /// Walks each shell and finds the triangles wound against the majority: the shell of each triangle, the number of
@@ -115,7 +131,7 @@ fn orient(
     positions: &[DVec3],
     triangles: &[[u32; 3]],
     across: &[[u32; 3]],
-) -> Result<(Vec<u32>, usize, Vec<bool>), Error> {
+) -> Result<(Vec<u32>, usize, Vec<bool>), Fault> {
     let mut shell_of = vec![NONE; triangles.len()];
     let mut flipped = vec![false; triangles.len()];
     let (mut shells, mut members) = (0, Vec::new());
@@ -167,7 +183,7 @@ fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
 }
 
 /// Where shells touch along an edge, as many triangles must run along it one way as the other.
-fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<(), Error> {
+fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<(), Fault> {
     let mut bad = (0, 0);
     for group in sides.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 2) {
         let (key, low) = (group[0].0, (group[0].0 >> 32) as u32);

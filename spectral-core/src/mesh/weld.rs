@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::topology::{self, Surface};
+use super::topology::{self, Fault, Surface};
 use super::{bounds, polygon};
 use crate::{Error, Warning};
 
@@ -65,34 +65,31 @@ pub(super) fn close(
     // Coordinates far from the origin carry their own rounding.
     let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
     let thin = (THIN * extent).max(rounding);
-    let mut error = match exact.surface(thin, extent) {
+    let error = match exact.surface(thin, extent) {
         Ok((surface, notes)) => {
             warnings.extend(notes);
             return Ok(surface);
         }
         Err(error) => error,
     };
-    let tolerance = (weld * extent).max(if weld > 0.0 { rounding } else { 0.0 });
-    if tolerance > 0.0 {
-        let map = join_near(&exact.positions, low, tolerance);
-        let joined = map.iter().enumerate().filter(|&(k, &v)| k != v as usize).count();
-        if joined > 0 {
-            let mut near = Joined::new(&exact.positions, &exact.triangles, &map);
-            near.collapsed += exact.collapsed;
-            near.repeated += exact.repeated;
-            match near.surface(thin, extent) {
-                Ok((surface, notes)) => {
-                    warnings.push(Warning::new(format!(
-                        "{joined} vertices were joined to others within {tolerance:.2e} to close the mesh"
-                    )));
-                    warnings.extend(notes);
-                    return Ok(surface);
-                }
-                Err(nearer) => error = nearer,
-            }
-        }
+    let tolerance = (weld * extent).max(rounding);
+    if weld == 0.0 || !error.is_open {
+        return Err(error.into());
     }
-    Err(error)
+    let map = join_near(&exact.positions, low, tolerance);
+    let joined = map.iter().enumerate().filter(|&(k, &v)| k != v as usize).count();
+    if joined == 0 {
+        return Err(error.into());
+    }
+    let mut near = Joined::new(&exact.positions, &exact.triangles, &map);
+    near.collapsed += exact.collapsed;
+    near.repeated += exact.repeated;
+    let (surface, notes) = near.surface(thin, extent)?;
+    warnings.push(Warning::new(format!(
+        "{joined} vertices were joined to others within {tolerance:.2e} to close the mesh"
+    )));
+    warnings.extend(notes);
+    Ok(surface)
 }
 
 /// For each vertex the first used vertex with the very same coordinates.
@@ -147,17 +144,12 @@ struct Joined {
 impl Joined {
     /// `map` gives each vertex the one it is joined to; vertices that no triangle uses are left out.
     fn new(positions: &[DVec3], triangles: &[[u32; 3]], map: &[u32]) -> Self {
-        let mut number = vec![u32::MAX; positions.len()];
-        let mut joined = Joined { positions: Vec::new(), triangles: Vec::new(), collapsed: 0, repeated: 0 };
+        let (mut collapsed, mut repeated) = (0, 0);
         let mut seen: FxHashSet<[u32; 3]> = FxHashSet::default();
         seen.reserve(triangles.len());
-        joined.triangles.reserve(triangles.len());
+        let mut kept = Vec::with_capacity(triangles.len());
         for triangle in triangles {
             let [a, b, c] = triangle.map(|v| map[v as usize]);
-            if a == b || b == c || c == a {
-                joined.collapsed += 1;
-                continue;
-            }
             let least = a.min(b).min(c);
             let turned = if least == a {
                 [a, b, c]
@@ -166,25 +158,21 @@ impl Joined {
             } else {
                 [c, a, b]
             };
-            if !seen.insert(turned) {
-                joined.repeated += 1;
-                continue;
+            if a == b || b == c || c == a {
+                collapsed += 1;
+            } else if !seen.insert(turned) {
+                repeated += 1;
+            } else {
+                kept.push([a, b, c]);
             }
-            joined.triangles.push([a, b, c].map(|v| {
-                let slot = &mut number[v as usize];
-                if *slot == u32::MAX {
-                    *slot = joined.positions.len() as u32;
-                    joined.positions.push(positions[v as usize]);
-                }
-                *slot
-            }));
         }
-        joined
+        let (positions, triangles) = used(positions, kept);
+        Joined { positions, triangles, collapsed, repeated }
     }
 
     /// The closed surface, with what had to be done to get it. `thin` is the height under which a triangle counts as
     /// without area.
-    fn surface(&self, thin: f64, extent: f64) -> Result<(Surface, Vec<Warning>), Error> {
+    fn surface(&self, thin: f64, extent: f64) -> Result<(Surface, Vec<Warning>), Fault> {
         let corners = |t: &[u32; 3]| t.map(|v| self.positions[v as usize]);
         let solid: Vec<[u32; 3]> =
             self.triangles.iter().copied().filter(|t| polygon::height(corners(t)) > thin).collect();
@@ -197,7 +185,9 @@ impl Joined {
             }
         };
         let mut kept = Vec::new();
-        let without = topology::build(self.positions.clone(), solid, extent, thin, &mut kept);
+        let (positions, solid) =
+            if flat > 0 { used(&self.positions, solid) } else { (self.positions.clone(), solid) };
+        let without = topology::build(positions, solid, extent, thin, &mut kept);
         let surface = match without {
             Ok(surface) => {
                 note(self.collapsed + flat, "without area {were} left out");
@@ -217,4 +207,19 @@ impl Joined {
         notes.extend(kept);
         Ok((surface, notes))
     }
+}
+
+/// The positions that the triangles use, in order of first use, and the triangles over them.
+fn used(positions: &[DVec3], mut triangles: Vec<[u32; 3]>) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let mut number = vec![u32::MAX; positions.len()];
+    let mut kept = Vec::new();
+    for v in triangles.iter_mut().flatten() {
+        let slot = &mut number[*v as usize];
+        if *slot == u32::MAX {
+            *slot = kept.len() as u32;
+            kept.push(positions[*v as usize]);
+        }
+        *v = *slot;
+    }
+    (kept, triangles)
 }
