@@ -140,6 +140,7 @@ impl<P: Throughput<f64>> Walk<'_, P> {
     /// Splits a ray at a surface; returns the radiance of what leaves for good here.
     fn event(&mut self, mut ray: Ray<P>, crossing: &Crossing, account: &mut Account) -> f64 {
         let settings = &self.reference.scene.settings;
+        ray.nest = crossing.before;
         let (here, beyond) = (self.medium(ray.nest), self.medium(crossing.after));
         if here.k > 0.0 {
             return 0.0;

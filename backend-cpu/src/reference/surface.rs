@@ -28,6 +28,8 @@ pub(super) struct Crossing {
     pub distance: f64,
     /// Unit, on the side the ray comes from.
     pub normal: DVec3,
+    /// The stones the ray is in as it arrives: it may have crossed surfaces that are no optical ones.
+    pub before: Nest,
     pub after: Nest,
 }
 
@@ -75,7 +77,7 @@ impl Surfaces {
         let (t, first) = found?;
         let normal = if first.normal.dot(direction) > 0.0 { -first.normal } else { first.normal };
         let after = self.with_contacts(origin, direction, t, first, nest);
-        Some(Crossing { distance: t.max(0.0), normal, after })
+        Some(Crossing { distance: t.max(0.0), normal, before: nest, after })
     }
 
     /// Toggles `first` and every parallel face of another stone that lies on it.
