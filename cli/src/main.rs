@@ -1,2 +1,22 @@
-//! The `gemtrace` binary: everything is in the library beside it.
-fn main() {}
+//! The `gemtrace` program; all it does is in the library.
+
+use clap::Parser as _;
+use gemtrace::{commands, progress::Interrupt};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+fn main() -> ExitCode {
+    let cli = commands::Cli::parse();
+    let interrupt = Arc::new(Interrupt::default());
+    let requested = Arc::clone(&interrupt);
+    let handler = move || {
+        if !requested.request() {
+            // Nothing is running that could save its work: files are only ever complete or temporary.
+            std::process::exit(130);
+        }
+    };
+    if let Err(error) = ctrlc::set_handler(handler) {
+        eprintln!("warning: Ctrl-C will lose the picture ({error})");
+    }
+    ExitCode::from(commands::main(&cli, &mut std::io::stdout().lock(), &mut std::io::stderr(), &interrupt))
+}

@@ -78,8 +78,7 @@ impl Film {
         if width == 0 || height == 0 {
             return Err(Error::value("film size", size, "at least 1 × 1 pixels"));
         }
-        let pixel = 20 + 4 * wavelengths as u64;
-        let bytes = u128::from(width) * u128::from(height) * u128::from(pixel);
+        let bytes = Self::bytes(width, height, wavelengths);
         if width > Self::MAX_EDGE || height > Self::MAX_EDGE || bytes > u128::from(Self::MAX_BYTES) {
             let need = bytes as f64 / f64::from(1 << 30);
             let expected = format!(
@@ -90,6 +89,11 @@ impl Film {
             return Err(Error::value("film size", size, expected));
         }
         Ok(())
+    }
+
+    /// The memory that a film takes, bytes.
+    pub fn bytes(width: u32, height: u32, wavelengths: usize) -> u128 {
+        u128::from(width) * u128::from(height) * (20 + 4 * wavelengths as u128)
     }
 
     /// Columns.

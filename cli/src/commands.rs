@@ -1,0 +1,156 @@
+//! The command line: one module a command, each a function from its arguments to a [`Report`].
+
+pub mod check;
+pub mod cut;
+pub mod devices;
+pub mod materials;
+pub mod render;
+pub mod spectrum;
+mod table;
+
+use crate::{Error, progress::Interrupt};
+use clap::{Parser, Subcommand};
+use serde_json::{Value, json};
+use std::io::Write;
+
+const EXIT_CODES: &str = "\
+Exit codes:
+  0    done
+  1    the render or its device failed
+  2    the command line does not make sense
+  3    a scene, cut, mesh, image or figure that cannot be used
+  4    a file that cannot be written
+  130  interrupted (Ctrl-C); what was finished is in NAME.partial.png, NAME.partial.exr";
+
+/// The command line of `gemtrace`.
+#[derive(Debug, Parser)]
+#[command(name = "gemtrace", version, about, after_help = EXIT_CODES, propagate_version = true)]
+pub struct Cli {
+    /// Print one JSON object instead of text.
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Print errors and nothing else; no progress, no warnings, no closing line.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to PNG and EXR.
+    Render(render::Args),
+    /// List the materials, or show one: index, dispersion, colour.
+    Materials(materials::Args),
+    /// Turn a linear sRGB colour into a spectrum.
+    Spectrum(spectrum::Args),
+    /// Describe a cut or a mesh: facets, proportions, whether it closes.
+    Cut(cut::Args),
+    /// Read a scene and everything it names, and say what would be rendered.
+    Check(check::Args),
+    /// List the backends and their devices.
+    Devices(devices::Args),
+}
+
+/// What a command has to say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// For people, without a final line break.
+    pub text: String,
+    /// The same facts for scripts.
+    pub json: Value,
+    /// A failure that left something worth reporting.
+    pub failure: Option<Error>,
+}
+
+impl Report {
+    /// The report of a command that did all it was asked to.
+    pub fn new(text: impl Into<String>, json: Value) -> Self {
+        Report { text: text.into(), json, failure: None }
+    }
+}
+
+/// Where a command's remarks go while it runs, and how it is stopped.
+pub struct Console<'a> {
+    /// Warnings, one a line.
+    pub log: &'a mut dyn Write,
+    /// No warnings and no progress bar.
+    pub quiet: bool,
+    /// A request to stop.
+    pub interrupt: &'a Interrupt,
+}
+
+impl Console<'_> {
+    /// Tells a person of something that does not stop the work.
+    pub fn warn(&mut self, message: impl std::fmt::Display) {
+        if !self.quiet {
+            // Nobody can be told that the standard error is gone.
+            writeln!(self.log, "warning: {message}").ok();
+        }
+    }
+}
+
+/// Runs a command.
+///
+/// # Errors
+/// Whatever kept it from doing anything worth a report.
+pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
+    match command {
+        Command::Render(args) => render::run(args, console),
+        Command::Materials(args) => materials::run(args),
+        Command::Spectrum(args) => spectrum::run(args),
+        Command::Cut(args) => cut::run(args, console),
+        Command::Check(args) => check::run(args, console),
+        Command::Devices(args) => Ok(devices::run(args)),
+    }
+}
+
+/// Runs the whole program but for parsing: prints the report to `out`, warnings and errors to `log`, and
+/// returns the exit code.
+pub fn main(cli: &Cli, out: &mut dyn Write, log: &mut dyn Write, interrupt: &Interrupt) -> u8 {
+    let result = run(&cli.command, &mut Console { log, quiet: cli.quiet, interrupt });
+    let (report, failure) = match result {
+        Ok(report) => (Some(report.clone()), report.failure),
+        Err(error) => (None, Some(error)),
+    };
+    let printed = print(cli, report, failure.as_ref(), out);
+    let failure = failure.or(printed.err());
+    if let Some(error) = &failure {
+        writeln!(log, "error: {error}").ok();
+    }
+    failure.map_or(0, |error| error.exit_code())
+}
+
+fn print(cli: &Cli, report: Option<Report>, failure: Option<&Error>, out: &mut dyn Write) -> Result<(), Error> {
+    let text = if cli.json {
+        let mut object = report.map_or(json!({}), |r| r.json);
+        if let Some(error) = failure {
+            object["error"] = json!({ "message": error.to_string(), "exit_code": error.exit_code() });
+        }
+        object.to_string()
+    } else {
+        report.filter(|_| !cli.quiet).map_or(String::new(), |r| r.text)
+    };
+    if text.is_empty() {
+        return Ok(());
+    }
+    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+        // Whoever reads us has seen enough (`gemtrace materials | head`).
+        Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        Err(e) => Err(Error::output("standard output", format!("cannot be written ({e})"))),
+        Ok(()) => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory as _;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Cli::command().debug_assert();
+    }
+}

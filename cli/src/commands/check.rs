@@ -1,0 +1,87 @@
+//! `gemtrace check`.
+
+use super::{Console, Report};
+use crate::{Error, scene_file};
+use serde_json::json;
+use spectral_core::film::Film;
+use spectral_core::prepare::PreparedScene;
+use std::path::PathBuf;
+
+/// Arguments of `check`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+}
+
+/// Reads and prepares a scene as `render` does, and describes it.
+///
+/// # Errors
+/// [`Error`] of the scene file or of what it names, exactly as `render` gives it.
+pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    let loaded = scene_file::load(&args.scene)?;
+    let scene =
+        PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|e| Error::file(&args.scene, e))?;
+    let warnings: Vec<String> =
+        loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
+    warnings.iter().for_each(|warning| console.warn(warning));
+    let stones: Vec<_> = loaded
+        .scene
+        .stones
+        .iter()
+        .map(|stone| {
+            json!({
+                "name": stone.name,
+                "material": stone.material.name,
+                "facets": stone.mesh.facets().len(),
+                "triangles": stone.mesh.triangles().len(),
+                "convex": stone.mesh.is_convex(),
+            })
+        })
+        .collect();
+    let json = json!({
+        "scene": args.scene.display().to_string(),
+        "hash": loaded.hash,
+        "files": loaded.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
+        "settings": crate::output::settings(&scene),
+        "stones": stones,
+        "film_bytes": film_bytes(&scene),
+        "warnings": warnings,
+    });
+    Ok(Report::new(describe(&loaded, &scene), json))
+}
+
+fn film_bytes(scene: &PreparedScene) -> u64 {
+    let kept = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
+    // Films beyond `Film::MAX_BYTES` are refused.
+    Film::bytes(scene.width, scene.height, kept) as u64
+}
+
+fn describe(loaded: &scene_file::LoadedScene, scene: &PreparedScene) -> String {
+    let s = &scene.settings;
+    let [from, to] = s.wavelengths.range();
+    let mut lines = vec![format!(
+        "{} × {} pixels, {} samples each, {} wavelengths from {from} to {to} nm{}; film {}",
+        scene.width,
+        scene.height,
+        s.samples,
+        s.wavelengths.len(),
+        if s.jitter && s.wavelengths.can_jitter() { ", jittered" } else { "" },
+        memory(film_bytes(scene)),
+    )];
+    for stone in &loaded.scene.stones {
+        let shape = if stone.mesh.is_convex() { "convex" } else { "not convex" };
+        let facets = stone.mesh.facets().len();
+        lines.push(format!("{}: {}, {facets} facets, {shape}", stone.name, stone.material.name));
+    }
+    if loaded.scene.stones.is_empty() {
+        lines.push("no stones: the environment alone".to_owned());
+    }
+    lines.push("the scene is sound".to_owned());
+    lines.join("\n")
+}
+
+fn memory(bytes: u64) -> String {
+    let bytes = bytes as f64;
+    if bytes < 1e9 { format!("{:.1} MB", bytes / 1e6) } else { format!("{:.2} GB", bytes / 1e9) }
+}

@@ -1,0 +1,163 @@
+//! `gemtrace cut`.
+
+mod tier;
+
+use super::{Console, Report, table};
+use crate::{Error, import};
+use serde_json::{Value, json};
+use spectral_core::Warning;
+use spectral_core::cut::{Cut, Proportions};
+use spectral_core::mesh::{Mesh, Plane};
+use std::path::{Path, PathBuf};
+use tier::Tier;
+
+/// Arguments of `cut`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// A cut (.asc, .gem, .gcs) or a mesh (.obj, .stl, .ply).
+    pub file: PathBuf,
+}
+
+/// Describes a cut or a mesh. A cut that does not close is described all the same, with its fault as the
+/// report's failure.
+///
+/// # Errors
+/// [`Error::File`] for a file that cannot be read or, for a mesh, that bounds no solid.
+pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    let bytes = import::read_file(&args.file)?;
+    if import::cut::Format::of(&args.file).is_some() {
+        let (cut, warnings) = import::cut::read(&args.file, &bytes)?;
+        return Ok(design(&args.file, &cut, warnings, console));
+    }
+    let (mesh, warnings) = import::mesh::read(&args.file, &bytes)?;
+    warnings.iter().for_each(|warning| console.warn(warning));
+    let measures = Measures::of(&mesh);
+    let mut json =
+        json!({ "file": args.file.display().to_string(), "closed": true, "warnings": texts(&warnings) });
+    json["solid"] = measures.json();
+    Ok(Report::new(measures.text(), json))
+}
+
+fn design(path: &Path, cut: &Cut, mut warnings: Vec<Warning>, console: &mut Console) -> Report {
+    let planes: Vec<(&Plane, Option<&str>)> =
+        cut.facets.iter().map(|f| (&f.plane, f.name.as_deref())).collect();
+    let tiers = tier::group(&planes);
+    let mut lines = cut.title.clone();
+    let gear = cut.gear.map(|gear| format!("gear {gear}"));
+    let index = cut.index_of_refraction.map(|n| format!("designed for n = {n}"));
+    lines.extend([gear, index].into_iter().flatten());
+    lines.extend((!lines.is_empty()).then(String::new));
+    lines.push(tier_table(&tiers));
+    let mut json = json!({
+        "file": path.display().to_string(),
+        "title": cut.title,
+        "gear": cut.gear,
+        "index_of_refraction": cut.index_of_refraction,
+        "facets": cut.facets.len(),
+        "tiers": tiers.iter().map(Tier::json).collect::<Vec<_>>(),
+    });
+    let failure = match cut.solid() {
+        Ok((mesh, more)) => {
+            warnings.extend(more);
+            let measures = Measures::of(&mesh);
+            lines.extend([String::new(), measures.text()]);
+            json["solid"] = measures.json();
+            None
+        }
+        Err(error) => Some(Error::file(path, error)),
+    };
+    json["closed"] = json!(failure.is_none());
+    json["warnings"] = texts(&warnings);
+    warnings.iter().for_each(|warning| console.warn(warning));
+    Report { text: lines.join("\n"), json, failure }
+}
+
+fn texts(warnings: &[Warning]) -> Value {
+    warnings.iter().map(ToString::to_string).collect()
+}
+
+fn tier_table(tiers: &[Tier]) -> String {
+    let mut rows = vec![["tier", "part", "facets", "angle", "distance"].map(str::to_owned).to_vec()];
+    rows.extend(tiers.iter().map(|tier| {
+        vec![
+            tier.name.clone(),
+            tier.part().to_owned(),
+            tier.facets.to_string(),
+            format!("{:.2}°", tier.angle()),
+            format!("{:.5}", tier.distance),
+        ]
+    }));
+    table::columns(2, &rows)
+}
+
+/// The figures of a closed solid, in the file's unit of length.
+struct Measures<'a> {
+    mesh: &'a Mesh,
+    proportions: Proportions,
+}
+
+impl<'a> Measures<'a> {
+    fn of(mesh: &'a Mesh) -> Self {
+        Measures { mesh, proportions: Proportions::of(mesh) }
+    }
+
+    fn text(&self) -> String {
+        let p = &self.proportions;
+        let of_width = |v: f64| format!("{:.1} % of the width", 100.0 * v / p.width);
+        let angle = |a: Option<f64>| a.map_or(String::new(), |a| format!(", {a:.2}°"));
+        let mut rows = vec![
+            ("closed", format!("yes{}", if self.mesh.is_convex() { ", convex" } else { ", not convex" })),
+            (
+                "facets",
+                format!(
+                    "{}: crown {}, girdle {}, pavilion {}",
+                    self.mesh.facets().len(),
+                    p.crown_facets,
+                    p.girdle_facets,
+                    p.pavilion_facets
+                ),
+            ),
+            ("triangles", self.mesh.triangles().len().to_string()),
+            ("width × length", format!("{:.5} × {:.5}", p.width, p.length)),
+            ("depth", of_width(p.total_depth)),
+            ("crown", of_width(p.crown_height) + &angle(p.crown_angle)),
+            ("girdle", of_width(p.girdle)),
+            ("pavilion", of_width(p.pavilion_depth) + &angle(p.pavilion_angle)),
+            ("volume", format!("{:.5}", p.volume)),
+        ];
+        if let Some(table) = p.table_percent {
+            rows.insert(4, ("table", format!("{table:.1} % of the width")));
+        }
+        if self.mesh.shells() > 1 {
+            rows.insert(1, ("shells", self.mesh.shells().to_string()));
+        }
+        let rows: Vec<Vec<String>> =
+            rows.into_iter().map(|(key, value)| vec![key.to_owned(), value]).collect();
+        table::columns(2, &rows)
+    }
+
+    fn json(&self) -> Value {
+        let p = &self.proportions;
+        json!({
+            "convex": self.mesh.is_convex(),
+            "shells": self.mesh.shells(),
+            "facets": self.mesh.facets().len(),
+            "triangles": self.mesh.triangles().len(),
+            "vertices": self.mesh.positions().len(),
+            "crown_facets": p.crown_facets,
+            "girdle_facets": p.girdle_facets,
+            "pavilion_facets": p.pavilion_facets,
+            "width": p.width,
+            "length": p.length,
+            "table_percent": p.table_percent,
+            "depth_percent": 100.0 * p.total_depth / p.width,
+            "crown_height_percent": 100.0 * p.crown_height / p.width,
+            "girdle_percent": 100.0 * p.girdle / p.width,
+            "pavilion_depth_percent": 100.0 * p.pavilion_depth / p.width,
+            "crown_angle": p.crown_angle,
+            "pavilion_angle": p.pavilion_angle,
+            "volume": p.volume,
+            "area": self.mesh.area(),
+        })
+    }
+}

@@ -1,0 +1,148 @@
+//! `gemtrace materials`.
+
+mod appearance;
+
+use super::{Report, table};
+use crate::plot::{Line, Panel, svg};
+use crate::{Error, output};
+use appearance::Appearance;
+use serde_json::{Value, json};
+use spectral_core::dispersion::{Dispersion, fraunhofer};
+use spectral_core::material::{Catalogue, Kind, Material};
+use std::path::PathBuf;
+
+/// Arguments of `materials`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// Show this material in full; without it all are listed.
+    pub name: Option<String>,
+    /// Write a plot of its index and absorption here.
+    #[arg(long, value_name = "FILE", requires = "name")]
+    pub svg: Option<PathBuf>,
+}
+
+/// Lists the catalogue, or describes one material.
+///
+/// # Errors
+/// [`Error::Core`] for a name that is not in the catalogue; [`Error::Output`] for the plot.
+pub fn run(args: &Args) -> Result<Report, Error> {
+    let Some(name) = &args.name else { return list() };
+    let material = Catalogue::builtin().get(name)?;
+    if let Some(path) = &args.svg {
+        output::write_text(path, &plot(material))?;
+    }
+    Ok(Report::new(describe(material)?, facts(material)?))
+}
+
+fn list() -> Result<Report, Error> {
+    let mut rows = vec![["name", "colour", "n at D", "n(G) − n(B)", "g/cm³"].map(str::to_owned).to_vec()];
+    let mut all = Vec::new();
+    for material in Catalogue::builtin().materials() {
+        let dispersion =
+            dispersion(material).map_or("metal".to_owned(), |d| format!("{:.4}", d.dispersion_bg()));
+        rows.push(vec![
+            material.name.clone() + if material.is_approximate() { " ~" } else { "" },
+            Appearance::of(material)?.hex(),
+            format!("{:.4}", material.index(fraunhofer::D)),
+            dispersion,
+            material.density.map_or("–".to_owned(), |d| d.to_string()),
+        ]);
+        all.push(facts(material)?);
+    }
+    let text = format!("{}\n\n~ approximate; colour: {}", table::columns(2, &rows), appearance::MEANING);
+    Ok(Report::new(text, json!({ "materials": all })))
+}
+
+fn dispersion(material: &Material) -> Option<&Dispersion> {
+    match &material.kind {
+        Kind::Dielectric { dispersion, .. } => Some(dispersion),
+        Kind::Conductor { .. } => None,
+    }
+}
+
+fn facts(material: &Material) -> Result<Value, Error> {
+    let lines: Vec<Value> = fraunhofer::LINES
+        .iter()
+        .map(|&(line, nm)| {
+            json!({ "line": line, "nm": nm, "n": material.index(nm), "k": material.extinction(nm),
+                    "absorption_per_mm": material.absorption(nm) })
+        })
+        .collect();
+    let appearance = Appearance::of(material)?;
+    let sources: Vec<Value> = material
+        .sources
+        .iter()
+        .map(|s| {
+            json!({ "figure": s.figure, "source": s.source, "licence": s.licence, "range_nm": s.range,
+                    "approximate": s.approximate })
+        })
+        .collect();
+    Ok(json!({
+        "name": material.name,
+        "aliases": Catalogue::builtin().aliases(&material.name),
+        "kind": if material.is_conductor() { "conductor" } else { "dielectric" },
+        "ray": material.ray,
+        "lines": lines,
+        "abbe_number": dispersion(material).map(Dispersion::abbe_number),
+        "dispersion_bg": dispersion(material).map(Dispersion::dispersion_bg),
+        "dispersion_cf": dispersion(material).map(Dispersion::dispersion_cf),
+        "density": material.density,
+        "colour": { "srgb": appearance.hex(), "linear_srgb": appearance.linear, "meaning": appearance::MEANING },
+        "approximate": material.is_approximate(),
+        "notes": material.notes,
+        "sources": sources,
+    }))
+}
+
+fn describe(material: &Material) -> Result<String, Error> {
+    let mut rows = vec![
+        ["line", "nm", "n", if material.is_conductor() { "k" } else { "absorption, 1/mm" }]
+            .map(str::to_owned)
+            .to_vec(),
+    ];
+    for (line, nm) in fraunhofer::LINES {
+        let last = if material.is_conductor() { material.extinction(nm) } else { material.absorption(nm) };
+        rows.push(vec![
+            line.to_owned(),
+            format!("{nm:.2}"),
+            format!("{:.5}", material.index(nm)),
+            format!("{last:.4}"),
+        ]);
+    }
+    let ray = if material.ray.is_empty() { String::new() } else { format!(" ({})", material.ray) };
+    let mut text = format!("{}{ray}\n\n{}\n", material.name, table::columns(1, &rows));
+    if let Some(d) = dispersion(material) {
+        text += &format!("\nAbbe number  {:.2}", d.abbe_number());
+        text += &format!("\nn(G) − n(B)  {:.5}", d.dispersion_bg());
+        text += &format!("\nn(F) − n(C)  {:.5}", d.dispersion_cf());
+    }
+    if let Some(density) = material.density {
+        text += &format!("\ndensity      {density} g/cm³");
+    }
+    text += &format!("\ncolour       {} – {}", Appearance::of(material)?.hex(), appearance::MEANING);
+    text += "\n";
+    for note in &material.notes {
+        text += &format!("\nnote: {note}");
+    }
+    for source in &material.sources {
+        let rough = if source.approximate { ", approximate" } else { "" };
+        text += &format!("\n{}{rough}: {} [{}]", source.figure, source.source, source.licence);
+    }
+    Ok(text.trim_end().to_owned())
+}
+
+fn plot(material: &Material) -> String {
+    let line = |colour, of: &dyn Fn(f64) -> f64| Line {
+        label: String::new(),
+        colour,
+        points: (380..=780).map(|nm| [f64::from(nm), of(f64::from(nm))]).collect(),
+    };
+    let panel =
+        |label: &str, from_zero, line| Panel { label: label.to_owned(), from_zero, lines: vec![line] };
+    let second = if material.is_conductor() {
+        panel("k", true, line("#c60", &|nm| material.extinction(nm)))
+    } else {
+        panel("absorption, 1/mm", true, line("#c60", &|nm| material.absorption(nm)))
+    };
+    svg(&material.name, &[panel("refractive index n", false, line("#06c", &|nm| material.index(nm))), second])
+}

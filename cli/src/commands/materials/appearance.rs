@@ -1,0 +1,44 @@
+//! The colour of a piece of a material.
+
+use crate::Error;
+use spectral_core::cie::Illuminant;
+use spectral_core::color::{Response, srgb_encode};
+use spectral_core::fresnel::conductor;
+use spectral_core::material::Material;
+use spectral_core::wavelength::WavelengthGrid;
+
+/// Thickness of the slab that is looked through, mm.
+const THICKNESS: f64 = 5.0;
+
+/// What [`Appearance`] is the colour of, for people.
+pub const MEANING: &str =
+    "sRGB under D65: light through 5 mm, surfaces left out; of a metal its reflection at normal incidence";
+
+/// A material's colour under D65.
+pub struct Appearance {
+    /// Linear sRGB; components outside 0–1 are outside the space.
+    pub linear: [f64; 3],
+}
+
+impl Appearance {
+    /// The colour of D65 behind 5 mm of the material by Beer's law alone, or reflected by a metal at normal
+    /// incidence; 380–780 nm in steps of 5 nm, CIE 1931 2°.
+    pub fn of(material: &Material) -> Result<Self, Error> {
+        let grid = WavelengthGrid::stepped(380.0, 780.0, 5.0)?;
+        let share = |nm: f64| {
+            if material.is_conductor() {
+                let fresnel = conductor(1.0, 1.0, material.index(nm), material.extinction(nm));
+                return fresnel.reflectance_s;
+            }
+            (-material.absorption(nm) * THICKNESS).exp()
+        };
+        let light: Vec<f64> = grid.nm().iter().map(|&nm| Illuminant::D65.at(nm) * share(nm)).collect();
+        Ok(Appearance { linear: Response::new(&grid)?.to_linear_srgb(&light) })
+    }
+
+    /// As `#rrggbb`, clipped to sRGB.
+    pub fn hex(&self) -> String {
+        let [r, g, b] = self.linear.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8);
+        format!("#{r:02x}{g:02x}{b:02x}")
+    }
+}

@@ -1,0 +1,229 @@
+//! `gemtrace render`.
+
+mod outcome;
+
+use super::{Console, Report};
+use crate::Error;
+use crate::output::{self, Depth, Format, Picture, Provenance, Target, Written};
+use crate::progress::Bar;
+use crate::registry::{self, Choice};
+use crate::scene_file::{self, LoadedScene};
+use outcome::Outcome;
+use spectral_core::color::RgbSpace;
+use spectral_core::film::Film;
+use spectral_core::prepare::PreparedScene;
+use spectral_core::scene::Background;
+use spectral_core::tracer::{OpenOptions, Progress, TraceReport};
+use std::ops::ControlFlow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Arguments of `render`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Args {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// Write the picture here, as PNG or EXR by the name's extension; may be given more than once
+    /// [default: the scene's name with .png and .exr, in the current folder].
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// What renders: auto, or a name that `gemtrace devices` lists.
+    #[arg(long, value_name = "NAME", default_value = registry::AUTO)]
+    pub backend: String,
+    /// Which of the backend's devices, counted from 0.
+    #[arg(long, value_name = "N")]
+    pub device: Option<usize>,
+    /// Samples a pixel, in place of the scene's.
+    #[arg(long, value_name = "N")]
+    pub samples: Option<u32>,
+    /// Picture size in pixels, in place of the scene's.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Worker threads [default: one a core]; the picture is the same for any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub threads: Option<u32>,
+    /// Colour space of the EXR, and of the PNG up to Rec. 2020: srgb, p3, rec2020, acescg or xyz.
+    #[arg(long, value_name = "SPACE", default_value = "srgb", value_parser = parse_space)]
+    pub space: RgbSpace,
+    /// Brighten the PNG by this many stops; the EXR keeps the scene's own values.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: f64,
+    /// Bits a channel of the PNG: 8 or 16.
+    #[arg(long, value_name = "N", default_value = "8", value_parser = parse_depth)]
+    pub bits: Depth,
+}
+
+/// Renders a scene and writes its picture.
+///
+/// Whatever can be refused is refused before the first ray: the backend's name, the outputs, the scene.
+///
+/// # Errors
+/// [`Error`] of the scene, the outputs or the device; [`Error::Interrupted`] if nothing was finished. A
+/// picture that could not be written, or is partial, is told in the report's `failure`.
+pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    let start = Instant::now();
+    let targets = targets(args)?;
+    let choice = registry::choose(&args.backend, args.device)?;
+    let loaded = load(args)?;
+    targets.iter().try_for_each(Target::check)?;
+    let scene = Arc::new(prepare(args, &loaded)?);
+    let mut warnings: Vec<String> =
+        loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
+    warnings.extend(space_remarks(args.space, &targets));
+    warnings.iter().for_each(|warning| console.warn(warning));
+
+    let mut film = Film::new(&scene);
+    let traced = trace(&choice, &scene, &mut film, args, console)?;
+    if !(traced.finished || has_samples(&film)) {
+        return Err(Error::Interrupted);
+    }
+    let written = write(args, &targets, &film, &scene, &loaded, &choice, &traced);
+    let outcome =
+        Outcome { scene, device: choice.device, traced, written, warnings, elapsed: start.elapsed() };
+    Ok(outcome.report())
+}
+
+/// The files that were asked for; by default the scene's name with both extensions.
+fn targets(args: &Args) -> Result<Vec<Target>, Error> {
+    let stem = args.scene.file_stem().unwrap_or_default().to_string_lossy();
+    let paths = match args.output.as_slice() {
+        [] => vec![PathBuf::from(format!("{stem}.png")), PathBuf::from(format!("{stem}.exr"))],
+        paths => paths.to_vec(),
+    };
+    if let Some((i, twice)) = paths.iter().enumerate().find(|(i, path)| paths[..*i].contains(path)) {
+        return Err(Error::Usage(format!("output {} is output {} again: {}", i + 1, i, twice.display())));
+    }
+    paths.into_iter().map(Target::new).collect()
+}
+
+fn load(args: &Args) -> Result<LoadedScene, Error> {
+    let mut loaded = scene_file::load(&args.scene)?;
+    if let Some([width, height]) = args.size {
+        (loaded.scene.width, loaded.scene.height) = (width, height);
+    }
+    if let Some(samples) = args.samples {
+        loaded.settings.samples = samples;
+    }
+    Ok(loaded)
+}
+
+/// Prepares a scene; what is wrong with it is the scene file's fault unless the command line changed it.
+fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
+    PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
+        let changed = args.size.is_some() || args.samples.is_some();
+        if changed { Error::Core(error) } else { Error::file(&args.scene, error) }
+    })
+}
+
+/// Traces all samples, in passes that double, so that an interrupted picture is whole if coarser.
+fn trace(
+    choice: &Choice,
+    scene: &Arc<PreparedScene>,
+    film: &mut Film,
+    args: &Args,
+    console: &Console,
+) -> Result<TraceReport, Error> {
+    let failed = |e: spectral_core::Error| Error::Render {
+        device: choice.device.name.clone(),
+        message: e.to_string(),
+    };
+    let options = OpenOptions { threads: args.threads.map(|n| n as usize), ..OpenOptions::default() };
+    let mut tracer = (choice.backend.open)(&choice.device, Arc::clone(scene), &options).map_err(failed)?;
+    let samples = scene.settings.samples;
+    let pixels = u64::from(scene.width) * u64::from(scene.height);
+    let bar = Bar::new(pixels * u64::from(samples), console.quiet);
+    let mut total = TraceReport::default();
+    let mut first = 0;
+    while first < samples {
+        let pass = first..first.saturating_mul(2).clamp(first + 1, samples);
+        let before = pixels * u64::from(first);
+        first = pass.end;
+        let mut watch = |progress: Progress| {
+            console.interrupt.heed();
+            bar.set(before + progress.done);
+            if console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        total += tracer.trace(pass, film, &mut watch).map_err(failed)?;
+        if !total.finished {
+            break;
+        }
+    }
+    Ok(total)
+}
+
+fn has_samples(film: &Film) -> bool {
+    (0..film.height()).any(|y| (0..film.width()).any(|x| film.samples(x, y) > 0))
+}
+
+fn write(
+    args: &Args,
+    targets: &[Target],
+    film: &Film,
+    scene: &PreparedScene,
+    loaded: &LoadedScene,
+    choice: &Choice,
+    traced: &TraceReport,
+) -> Vec<Written> {
+    let partial = !traced.finished;
+    let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
+    let provenance = Provenance::new(&name, &loaded.hash, scene, &choice.device, traced, partial)
+        .with("space", args.space.name().into())
+        .with("exposure", args.exposure.into());
+    let picture = Picture {
+        film,
+        space: args.space,
+        depth: args.bits,
+        exposure: args.exposure,
+        transparent: scene.background == Background::Transparent,
+        wavelengths: scene.settings.wavelengths.nm(),
+        provenance: &provenance,
+    };
+    let partials: Vec<Target> = targets.iter().map(Target::partial).collect();
+    output::write_all(if partial { &partials } else { targets }, &picture)
+}
+
+/// What a person should know who asks for a space that PNG cannot carry.
+fn space_remarks(space: RgbSpace, targets: &[Target]) -> impl Iterator<Item = String> {
+    let pngs = targets.iter().filter(move |t| t.format() == Format::Png && output::png_space(space) != space);
+    pngs.map(move |t| format!("{} is in sRGB: {} is for EXR only", t.path().display(), space.name()))
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts: Vec<_> = text.split(['x', 'X', '×']).map(|part| part.trim().parse::<u32>()).collect();
+    match parts.as_slice() {
+        [Ok(width), Ok(height)] if *width > 0 && *height > 0 => Ok([*width, *height]),
+        _ => Err("give width and height in pixels, such as 800x600".to_owned()),
+    }
+}
+
+fn parse_space(name: &str) -> Result<RgbSpace, String> {
+    RgbSpace::by_name(name).map_err(|e| e.to_string())
+}
+
+fn parse_stops(text: &str) -> Result<f64, String> {
+    let stops = text.parse::<f64>().ok().filter(|stops| stops.abs() <= 64.0);
+    stops.ok_or_else(|| "give a number of stops from -64 to 64".to_owned())
+}
+
+fn parse_depth(text: &str) -> Result<Depth, String> {
+    match text {
+        "8" => Ok(Depth::Eight),
+        "16" => Ok(Depth::Sixteen),
+        _ => Err("a PNG has 8 or 16 bits a channel".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_width_times_height() {
+        assert_eq!(parse_size("800x600"), Ok([800, 600]));
+        assert_eq!(parse_size("8 × 6"), Ok([8, 6]));
+        for bad in ["800", "0x600", "x", "800x600x2", "-1x5", "99999999999x1"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

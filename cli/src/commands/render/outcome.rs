@@ -1,0 +1,147 @@
+//! What is told of a finished render.
+
+use super::super::{Report, devices};
+use crate::Error;
+use crate::output::Written;
+use serde_json::{Value, json};
+use spectral_core::prepare::PreparedScene;
+use spectral_core::tracer::{DeviceInfo, TraceReport};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A render that is over, with its pictures written as far as they could be.
+pub struct Outcome {
+    pub scene: Arc<PreparedScene>,
+    pub device: DeviceInfo,
+    pub traced: TraceReport,
+    pub written: Vec<Written>,
+    pub warnings: Vec<String>,
+    pub elapsed: Duration,
+}
+
+impl Outcome {
+    pub fn report(&self) -> Report {
+        Report { text: self.line(), json: self.json(), failure: self.failure() }
+    }
+
+    /// A picture that is not where it should be counts for more than one that is not finished.
+    fn failure(&self) -> Option<Error> {
+        let mut failures: Vec<&Error> = self.written.iter().filter_map(|w| w.failure.as_ref()).collect();
+        match failures.as_mut_slice() {
+            [] if self.traced.finished => None,
+            [] => Some(Error::Interrupted),
+            [Error::Output { path, message }, rest @ ..] => {
+                let rest: String = rest.iter().map(|e| format!("; {e}")).collect();
+                Some(Error::output(path.clone(), format!("{message}{rest}")))
+            }
+            [first, ..] => Some(first.clone()),
+        }
+    }
+
+    fn paths(&self) -> Vec<String> {
+        self.written.iter().filter_map(|w| w.path.as_ref()).map(|path| path.display().to_string()).collect()
+    }
+
+    /// The closing line.
+    fn line(&self) -> String {
+        let paths = self.paths();
+        let places = if paths.is_empty() { "no file".to_owned() } else { paths.join(", ") };
+        let kind = if self.traced.finished { "wrote" } else { "wrote what was finished:" };
+        let energy = &self.traced.energy;
+        let share = |part: f64| percent(if energy.started > 0.0 { part / energy.started } else { 0.0 });
+        let mut line = format!(
+            "{kind} {places} – {} rays in {}, {} of the energy dropped",
+            count(self.traced.rays),
+            seconds(self.elapsed),
+            percent(energy.dropped_share())
+        );
+        if energy.left_at_limit > 0.0 {
+            line += &format!(", {} let out at the depth limit", share(energy.left_at_limit));
+        }
+        if energy.lost > 0.0 {
+            line += &format!(", {} leaked through damaged surfaces", share(energy.lost));
+        }
+        line
+    }
+
+    fn json(&self) -> Value {
+        let outputs: Vec<Value> = self
+            .written
+            .iter()
+            .map(|w| {
+                json!({
+                    "path": w.path.as_ref().map(|path| path.display().to_string()),
+                    "bytes": w.bytes,
+                    "error": w.failure.as_ref().map(ToString::to_string),
+                })
+            })
+            .collect();
+        json!({
+            "outputs": outputs,
+            "partial": !self.traced.finished,
+            "rays": self.traced.rays,
+            "energy": crate::output::energy(&self.traced.energy),
+            "seconds": {
+                "total": self.elapsed.as_secs_f64(),
+                "build": self.traced.build.as_secs_f64(),
+                "trace": self.traced.trace.as_secs_f64(),
+            },
+            "device": devices::describe(&self.device),
+            "settings": crate::output::settings(&self.scene),
+            "warnings": self.warnings,
+        })
+    }
+}
+
+/// A count as a person says it: 12.3 million.
+fn count(n: u64) -> String {
+    let scaled = |unit: f64| n as f64 / unit;
+    match n {
+        0..10_000 => n.to_string(),
+        10_000..1_000_000 => format!("{:.0} thousand", scaled(1e3)),
+        1_000_000..1_000_000_000 => format!("{:.1} million", scaled(1e6)),
+        _ => format!("{:.2} billion", scaled(1e9)),
+    }
+}
+
+/// A share in percent with two significant digits.
+fn percent(share: f64) -> String {
+    let value = 100.0 * share;
+    if value == 0.0 {
+        return "0 %".to_owned();
+    }
+    if value < 1e-4 {
+        return format!("{value:.1e} %");
+    }
+    let decimals = (1.0 - value.log10().floor()).clamp(0.0, 6.0) as usize;
+    format!("{value:.decimals$} %")
+}
+
+fn seconds(time: Duration) -> String {
+    match time.as_secs() {
+        0..120 => format!("{:.1} s", time.as_secs_f64()),
+        s @ 120..7200 => format!("{} min {} s", s / 60, s % 60),
+        s => format!("{} h {} min", s / 3600, s / 60 % 60),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_are_short_and_honest() {
+        assert_eq!(
+            [0, 9_999, 123_456, 12_345_678, 5_000_000_000].map(count),
+            ["0", "9999", "123 thousand", "12.3 million", "5.00 billion"]
+        );
+        assert_eq!(
+            [0.0, 1.0, 0.0123, 0.000_012, 1e-9].map(percent),
+            ["0 %", "100 %", "1.2 %", "0.0012 %", "1.0e-7 %"]
+        );
+        assert_eq!(
+            [1.25, 125.0, 7300.0].map(|s| seconds(Duration::from_secs_f64(s))),
+            ["1.2 s", "2 min 5 s", "2 h 1 min"]
+        );
+    }
+}

@@ -1,0 +1,224 @@
+//! Pictures on disk: PNG for showing, OpenEXR for measuring.
+//!
+//! | | PNG | EXR |
+//! |---|---|---|
+//! | values | 8 or 16 bits, sRGB transfer, clipped to 0–1 after `exposure` | 32-bit float, linear, unclamped: negative values are real colours outside the space |
+//! | spaces | sRGB, P3 and Rec. 2020 (labelled by a cICP chunk) | all, by `chromaticities` |
+//! | alpha | straight | premultiplied |
+//! | spectra | none | with `spectral = true`, one channel a wavelength |
+//!
+//! Alpha is the stones' coverage where the scene's background is transparent, else 1; a pixel that an
+//! interrupted render never reached has alpha 0. There is no tone curve and no dithering: the same film
+//! gives the same bytes.
+//!
+//! A file appears under its name only when it is complete: it is written beside it under a temporary
+//! name, flushed to the disk and renamed. An interrupted render leaves the asked-for name alone and
+//! writes `NAME.partial.png` instead.
+
+mod exr;
+mod file;
+mod png;
+mod provenance;
+
+pub use provenance::{Provenance, energy, settings};
+
+use crate::Error;
+use spectral_core::{color::RgbSpace, film::Film};
+use std::path::{Path, PathBuf};
+
+/// A kind of picture file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Portable Network Graphics.
+    Png,
+    /// OpenEXR.
+    Exr,
+}
+
+impl Format {
+    /// The file name extension, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Png => "png",
+            Format::Exr => "exr",
+        }
+    }
+}
+
+/// Bits a channel of a PNG.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Depth {
+    /// 8 bits.
+    #[default]
+    Eight,
+    /// 16 bits.
+    Sixteen,
+}
+
+/// A picture file to be written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Target {
+    path: PathBuf,
+    format: Format,
+}
+
+impl Target {
+    /// A target whose format is what its extension says.
+    ///
+    /// ```
+    /// use gemtrace::output::{Format, Target};
+    /// assert_eq!(Target::new("stone.EXR")?.format(), Format::Exr);
+    /// assert!(Target::new("stone.jpg").unwrap_err().to_string().contains("'.png' or '.exr'"));
+    /// # Ok::<(), gemtrace::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Output`] for any other extension, or none.
+    pub fn new(path: impl Into<PathBuf>) -> Result<Self, Error> {
+        let path = path.into();
+        let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+        let format = match extension.as_deref() {
+            Some("png") => Format::Png,
+            Some("exr") => Format::Exr,
+            _ => {
+                let message = "pictures are written as PNG or EXR; end the name in '.png' or '.exr'";
+                return Err(Error::output(path, message));
+            }
+        };
+        Ok(Target { path, format })
+    }
+
+    /// Where the picture goes.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What kind of file it is.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Whether the picture can be written there, tried before any work is done.
+    ///
+    /// # Errors
+    /// [`Error::Output`] where the folder is missing or not writable, or the name is a folder's.
+    pub fn check(&self) -> Result<(), Error> {
+        file::check(&self.path)
+    }
+
+    /// The name for a picture that is not finished: `stone.png` becomes `stone.partial.png`.
+    #[must_use]
+    pub fn partial(&self) -> Target {
+        let path = self.path.with_extension(format!("partial.{}", self.format.extension()));
+        Target { path, format: self.format }
+    }
+
+    /// Where the picture goes if its own place fails after all: the folder for temporary files.
+    fn fallback(&self) -> Target {
+        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
+        let path = std::env::temp_dir().join(format!("gemtrace-{}-{name}", std::process::id()));
+        Target { path, format: self.format }
+    }
+}
+
+/// A film and how it is to be written.
+#[derive(Debug, Clone, Copy)]
+pub struct Picture<'a> {
+    /// The samples.
+    pub film: &'a Film,
+    /// The colour space of the EXR's RGB, and of the PNG where PNG can say so (see [`png_space`]).
+    pub space: RgbSpace,
+    /// Bits a channel of the PNG.
+    pub depth: Depth,
+    /// Stops (powers of two) that the PNG is brightened by. The EXR keeps the scene's own values.
+    pub exposure: f64,
+    /// Whether alpha is coverage (else 1).
+    pub transparent: bool,
+    /// The wavelengths that the film keeps, nm; one for each of its spectral planes.
+    pub wavelengths: &'a [f64],
+    /// What goes into the header.
+    pub provenance: &'a Provenance,
+}
+
+impl Picture<'_> {
+    /// All pixels in `space`, linear and premultiplied, with their alpha.
+    fn pixels(&self, space: RgbSpace) -> Vec<[f32; 4]> {
+        let mut pixels = self.film.to_space(space);
+        if !self.transparent {
+            let width = self.film.width() as usize;
+            for (i, pixel) in pixels.iter_mut().enumerate() {
+                let sampled = self.film.samples((i % width) as u32, (i / width) as u32) > 0;
+                pixel[3] = f32::from(u8::from(sampled));
+            }
+        }
+        pixels
+    }
+}
+
+/// The space that a PNG is written in when `space` is asked for: sRGB where PNG has no name for it.
+pub fn png_space(space: RgbSpace) -> RgbSpace {
+    match space {
+        RgbSpace::P3 | RgbSpace::Rec2020 => space,
+        _ => RgbSpace::Srgb,
+    }
+}
+
+/// What became of one target.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// Where the picture is, if it could be written anywhere.
+    pub path: Option<PathBuf>,
+    /// Bytes written.
+    pub bytes: u64,
+    /// Why it is not where it should be.
+    pub failure: Option<Error>,
+}
+
+/// Writes one picture file.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written; then nothing is left behind.
+pub fn write(target: &Target, picture: &Picture) -> Result<u64, Error> {
+    file::write(&target.path, |file| match target.format {
+        Format::Png => png::encode(picture, file),
+        Format::Exr => exr::encode(picture, file),
+    })
+}
+
+/// Writes every target, so that one failure costs no other; a picture that fails is saved in the folder
+/// for temporary files instead, and its failure says where.
+pub fn write_all(targets: &[Target], picture: &Picture) -> Vec<Written> {
+    targets.iter().map(|target| write_or_rescue(target, picture)).collect()
+}
+
+fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
+    let error = match write(target, picture) {
+        Ok(bytes) => return Written { path: Some(target.path.clone()), bytes, failure: None },
+        Err(error) => error,
+    };
+    let fallback = target.fallback();
+    let rescued = write(&fallback, picture);
+    let place = match &rescued {
+        Ok(_) => format!("; the picture was saved as {} instead", fallback.path.display()),
+        Err(_) => "; it could not be saved among the temporary files either".to_owned(),
+    };
+    let failure = match error {
+        Error::Output { path, message } => Error::output(path, message + &place),
+        other => other,
+    };
+    Written {
+        path: rescued.is_ok().then_some(fallback.path),
+        bytes: rescued.unwrap_or(0),
+        failure: Some(failure),
+    }
+}
+
+/// Writes a text file (a plot, say) as safely as a picture.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written.
+pub fn write_text(path: &Path, text: &str) -> Result<u64, Error> {
+    use std::io::Write as _;
+    file::check(path)?;
+    file::write(path, |file| file.write_all(text.as_bytes()).map_err(|e| e.to_string()))
+}

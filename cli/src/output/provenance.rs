@@ -1,0 +1,97 @@
+//! What a picture says about its making.
+
+use serde_json::{Map, Value, json};
+use spectral_core::prepare::PreparedScene;
+use spectral_core::scene::Background;
+use spectral_core::settings::Leftover;
+use spectral_core::tracer::{DeviceInfo, Energy, TraceReport};
+
+/// The facts that go into every header. No dates and no times: the same picture is the same file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Provenance {
+    facts: Map<String, Value>,
+}
+
+impl Provenance {
+    /// What is known once the light has been traced.
+    ///
+    /// `scene_file` names the scene, `hash` is that of its text and of all files that it names; `partial`
+    /// says that the render was interrupted.
+    pub fn new(
+        scene_file: &str,
+        hash: &str,
+        scene: &PreparedScene,
+        device: &DeviceInfo,
+        report: &TraceReport,
+        partial: bool,
+    ) -> Self {
+        let facts = [
+            ("version", json!(env!("CARGO_PKG_VERSION"))),
+            ("scene", json!(scene_file)),
+            ("scene_hash", json!(hash)),
+            ("backend", json!(device.backend)),
+            ("device", json!(device.name)),
+            ("driver", json!(device.driver)),
+            ("settings", settings(scene)),
+            ("rays", json!(report.rays)),
+            ("energy", energy(&report.energy)),
+            ("partial", json!(partial)),
+        ];
+        Provenance { facts: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect() }
+    }
+
+    /// Adds a fact, or replaces one.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: Value) -> Self {
+        self.facts.insert(key.to_owned(), value);
+        self
+    }
+
+    /// Every fact by its name.
+    pub fn facts(&self) -> impl Iterator<Item = (&String, &Value)> {
+        self.facts.iter()
+    }
+
+    /// All facts as one JSON object.
+    pub fn to_json(&self) -> Value {
+        Value::Object(self.facts.clone())
+    }
+
+    /// Name and version of this program.
+    pub fn software(&self) -> String {
+        concat!("gemtrace ", env!("CARGO_PKG_VERSION")).to_owned()
+    }
+}
+
+/// The size and settings of a prepared scene, under the names that scene files use.
+pub fn settings(scene: &PreparedScene) -> Value {
+    let s = &scene.settings;
+    json!({
+        "width": scene.width,
+        "height": scene.height,
+        "samples": s.samples,
+        "wavelengths": s.wavelengths.nm(),
+        "jitter": s.jitter && s.wavelengths.can_jitter(),
+        "max_depth": s.max_depth,
+        "leftover": match s.leftover { Leftover::Exit => "exit", Leftover::Drop => "drop" },
+        "threshold": s.threshold,
+        "polarized": s.polarized,
+        "spectral": s.spectral,
+        "background": match scene.background {
+            Background::Environment => "environment",
+            Background::Transparent => "transparent",
+        },
+    })
+}
+
+/// Shares of the throughput that started.
+pub fn energy(energy: &Energy) -> Value {
+    let share = |part: f64| if energy.started > 0.0 { part / energy.started } else { 0.0 };
+    json!({
+        "dropped": energy.dropped_share(),
+        "dropped_depth": share(energy.dropped_depth),
+        "dropped_threshold": share(energy.dropped_threshold),
+        "left_at_limit": share(energy.left_at_limit),
+        "lost": share(energy.lost),
+    })
+}
