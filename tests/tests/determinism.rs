@@ -1,0 +1,73 @@
+//! The same bits, however the work is divided.
+
+use backend_cpu::{CPU, REFERENCE};
+use gemtrace_tests::{
+    render::{Picture, render_with},
+    scene::{eye, gem, material, scene, settings, with_speck},
+};
+use glam::DVec3;
+use spectral_core::{
+    environment::{Environment, LatLong},
+    scene::Scene,
+    settings::RenderSettings,
+    tracer::{Backend, OpenOptions},
+    wavelength::WavelengthGrid,
+};
+
+const WHOLE: [std::ops::Range<u32>; 1] = [0..8];
+
+fn ruby() -> Scene {
+    let camera = eye(DVec3::new(4.0, -12.0, 22.0), 18.0);
+    let stones = vec![gem("round-brilliant", material("ruby"))];
+    Scene { height: 31, ..scene(camera, 45, Environment::image(LatLong::studio()), stones) }
+}
+
+fn quick() -> RenderSettings {
+    RenderSettings {
+        samples: 8,
+        wavelengths: WavelengthGrid::midpoints([400.0, 700.0], 3).expect("a valid grid"),
+        jitter: true,
+        max_depth: 10,
+        threshold: 1e-3,
+        ..settings(&[550.0])
+    }
+}
+
+/// Bits of the film, rays and energy; times may differ.
+fn assert_same(a: &Picture, b: &Picture, what: &str) {
+    assert!(a.film == b.film, "{what}: other pixels");
+    assert_eq!((a.report.rays, a.report.energy), (b.report.rays, b.report.energy), "{what}");
+}
+
+fn however_divided(backend: &Backend, scene: &Scene) {
+    let run = |threads: usize, tile: u32, ranges: &[std::ops::Range<u32>]| {
+        let options = OpenOptions { threads: Some(threads), tile: Some(tile) };
+        render_with(backend, scene, &quick(), &options, ranges)
+    };
+    let first = run(1, 16, &WHOLE);
+    assert!(first.film.is_complete(8));
+    for threads in [2, 5] {
+        assert_same(&first, &run(threads, 16, &WHOLE), &format!("{threads} threads"));
+    }
+    for tile in [1, 7, 64] {
+        assert_same(&first, &run(2, tile, &WHOLE), &format!("tiles of {tile}"));
+    }
+    assert_same(&first, &run(2, 16, &[0..3, 3..8]), "in two calls");
+    assert_same(&first, &run(3, 5, &[0..1, 1..2, 2..7, 7..8]), "in four calls");
+}
+
+#[test]
+fn by_planes() {
+    however_divided(&CPU, &ruby());
+}
+
+#[test]
+fn through_the_hierarchy() {
+    however_divided(&CPU, &with_speck(&ruby()));
+}
+
+#[test]
+fn by_the_oracle() {
+    let small = Scene { width: 17, height: 13, ..ruby() };
+    however_divided(&REFERENCE, &small);
+}
