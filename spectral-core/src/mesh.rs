@@ -295,7 +295,8 @@ impl Mesh {
         for p in &mut mesh.positions {
             *p = scale * (rotation * *p) + translation;
         }
-        if let Some(k) = mesh.positions.iter().position(|p| !(p.abs().max_element() <= weld::LARGEST)) {
+        let beyond = |p: &DVec3| !p.is_finite() || p.abs().max_element() > weld::LARGEST;
+        if let Some(k) = mesh.positions.iter().position(beyond) {
             return Err(Error::value(format!("vertex {k} after scaling"), mesh.positions[k], weld::RANGE));
         }
         for facet in &mut mesh.facets {

@@ -54,7 +54,7 @@ fn platonic_solids_have_their_volumes() {
 
 #[test]
 fn three_planes_meet_exactly_wherever_the_origin_is() {
-    for shift in [0.0, 3.0, 1e3, 1e6] {
+    for shift in [0.0, 3.0, 1e3, 1e6, 1e8] {
         let moved: Vec<_> = cube().iter().map(|&(n, d)| (n, d + n.dot(DVec3::splat(shift)))).collect();
         let mesh = solid(&moved);
         let error = (mesh.volume() - 8.0).abs();
@@ -99,6 +99,15 @@ fn facets_that_miss_or_repeat_are_left_out_and_reported() {
     let text: Vec<String> = warnings.iter().map(|w| w.to_string()).collect();
     assert!(text.iter().any(|w| w.contains("facet 8 repeats facet 1")), "{text:?}");
     assert!(text.iter().any(|w| w.contains("left out: facet 7")), "{text:?}");
+}
+
+#[test]
+fn a_plane_far_away_changes_nothing() {
+    let mut planes = cube();
+    planes.push((DVec3::ONE, 1e12));
+    let (mesh, warnings) = cut(&planes).solid().unwrap();
+    check_mesh(&mesh);
+    assert!(warnings.len() == 1 && (mesh.volume() - 8.0).abs() < 1e-14);
 }
 
 #[test]
@@ -268,4 +277,55 @@ fn the_solid_turns_with_its_planes() {
     assert!(mesh.transformed(rotation, 0.0, DVec3::ZERO).is_err());
     assert!(mesh.transformed(-DMat3::IDENTITY, 1.0, DVec3::ZERO).is_err());
     assert!(mesh.transformed(rotation, 1.0, DVec3::NAN).is_err());
+}
+
+#[test]
+fn the_largest_cut_takes_seconds() {
+    let mut random = Random(13);
+    let planes: Vec<_> =
+        (0..Cut::MAX_FACETS).map(|_| (random.direction(), 1.0 + 1e-4 * random.unit())).collect();
+    let start = std::time::Instant::now();
+    let (mesh, _) = cut(&planes).solid().unwrap();
+    println!("{} facets: {:.1} s", mesh.facets().len(), start.elapsed().as_secs_f64());
+    assert!(start.elapsed().as_secs() < 120);
+    let mut more = cut(&planes);
+    more.facets.push(more.facets[0].clone());
+    assert!(more.solid().unwrap_err().to_string().starts_with("facets: 10001 is not valid"));
+}
+
+#[test]
+fn mutated_cuts_never_panic() {
+    let designs = ["srb_diamond_57", "emerald_step_49"].map(|name| read_asc(&sample(name)));
+    let odd = [f64::NAN, f64::INFINITY, 0.0, -0.0, 1e300, -1e12, 1e12, 1e-300, 5e-324, -1.0];
+    let mut random = Random(17);
+    let mut closed = 0;
+    for _ in 0..10_000 {
+        let mut cut = designs[random.below(2)].clone();
+        for _ in 0..1 + random.below(5) {
+            let (k, value) = (random.below(cut.facets.len()), odd[random.below(odd.len())]);
+            let other = cut.facets[random.below(cut.facets.len())].plane;
+            let plane = &mut cut.facets[k].plane;
+            match random.below(8) {
+                0 => plane.offset = value,
+                1 => plane.normal[random.below(3)] = value,
+                2 => plane.normal = -plane.normal,
+                3 => *plane = other,
+                4 => plane.offset *= 1.0 + 10_f64.powf(-14.0 * random.unit()),
+                5 => {
+                    plane.normal =
+                        (other.normal + 10_f64.powf(-14.0 * random.unit()) * random.direction()).normalize()
+                }
+                6 => cut.facets.iter_mut().for_each(|f| f.plane.offset *= value.abs()),
+                _ => drop(cut.facets.swap_remove(k)),
+            }
+            if cut.facets.is_empty() {
+                break;
+            }
+        }
+        if let Ok((mesh, _)) = cut.solid() {
+            closed += 1;
+            check_mesh(&mesh);
+        }
+    }
+    assert!(closed > 2000, "only {closed} closed");
 }

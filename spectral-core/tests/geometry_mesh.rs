@@ -17,7 +17,7 @@ fn build((positions, triangles): &Triangles) -> Result<(Mesh, Vec<Warning>), Err
 }
 
 fn message(mesh: &Triangles) -> String {
-    build(mesh).err().expect("an error").to_string()
+    build(mesh).unwrap_err().to_string()
 }
 
 /// The cube from 0 to 1.
@@ -312,7 +312,7 @@ fn open_and_non_manifold_meshes_are_refused_with_the_place() {
     let mut open = cube();
     open.1.pop();
     let text = message(&open);
-    assert!(text.starts_with("open mesh: 3 edges are with a triangle on one side only"), "{text}");
+    assert!(text.starts_with("open mesh: 3 edges have a triangle on one side only"), "{text}");
     assert!(text.contains("the first between (0, 0, 1) and"), "{text}");
 
     let mut fin = cube();

@@ -58,6 +58,13 @@ fn every_shape_closes_with_width_one_and_all_its_facets() {
         assert!(warnings.is_empty(), "{name}: {warnings:?}");
         check_mesh(&mesh);
         assert_eq!(mesh.facets().len(), facets, "{name}");
+        // Exact meets: mesh and planes are the same solid.
+        for (triangle, &k) in mesh.triangles().iter().zip(mesh.facet_of()) {
+            for &v in triangle {
+                let gap = mesh.facets()[k as usize].plane.distance(mesh.positions()[v as usize]);
+                assert!(gap.abs() < 1e-14, "{name}: {gap:e}");
+            }
+        }
         let (low, high) = mesh.bounds();
         let size = high - low;
         assert!((size.truncate().min_element() - 1.0).abs() < 1e-12, "{name}: {size}");

@@ -17,6 +17,8 @@ const TOLERANCES: [f64; 7] = [1e-8, 1e-9, 1e-7, 1e-10, 1e-11, 3e-7, 1e-12];
 const REACH: f64 = 1e4;
 /// Offsets beyond this are refused.
 const LARGEST: f64 = 1e12;
+/// Smaller solids are refused: products of their coordinates would underflow.
+const SMALLEST: f64 = 1e-30;
 /// Directions of the cube's faces.
 const TOWARDS: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 /// Names listed in a warning before it says "and N more".
@@ -26,16 +28,18 @@ pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> 
     check(facets)?;
     let planes: Vec<Plane> = facets.iter().map(|f| f.plane).collect();
     let mut error = None;
-    for tolerance in TOLERANCES {
-        match attempt(&planes, tolerance) {
+    let [largest, median] = guesses(&planes);
+    for (guess, tolerance) in [largest, median].into_iter().flat_map(|g| TOLERANCES.map(|t| (g, t))) {
+        match attempt(&planes, guess, tolerance) {
             Ok(solid) => return Ok(finish(facets, solid)),
-            Err(Failure::Confused) => {}
-            Err(Failure::Unbounded(sides)) => {
+            // The smaller guess may end short of a facet; with the larger one there is none.
+            Err(Failure::Unbounded(sides)) if guess == largest => {
                 let sides: Vec<&str> = sides.iter().map(|&k| TOWARDS[k]).collect();
                 let message =
                     format!("the cut does not close: no facet bounds it towards {}", sides.join(", "));
                 return Err(Error::Solid { message, place: None });
             }
+            Err(Failure::Confused | Failure::Unbounded(_)) => {}
             // An empty solid may be an artefact of a coarse tolerance on a thin one.
             Err(Failure::Empty(k)) => error = error.or(Some(empty(facets, k))),
         }
@@ -53,12 +57,11 @@ fn check(facets: &[CutFacet]) -> Result<(), Error> {
     }
     for (k, facet) in facets.iter().enumerate() {
         let Plane { normal, offset } = facet.plane;
-        // Written so that NaN fails too.
-        if !(offset.abs() <= LARGEST) {
+        if !offset.is_finite() || offset.abs() > LARGEST {
             let expected = "its distance from the origin must be finite and at most 1e12";
             return Err(Error::value(label(facets, k), offset, expected));
         }
-        if !((normal.length() - 1.0).abs() < 1e-6) {
+        if !normal.is_finite() || (normal.length() - 1.0).abs() > 1e-6 {
             return Err(Error::value(label(facets, k), normal, "its normal must have length 1"));
         }
     }
@@ -97,14 +100,19 @@ struct Solid {
     repeated: Vec<(usize, usize)>,
 }
 
-/// The solid, cut twice: the first time in a frame guessed from the offsets, the second about the solid's own middle
+/// The radius of the solid as the offsets suggest it: the largest, and the median in case that one belongs to a plane far
+/// away from the stone.
+fn guesses(planes: &[Plane]) -> [f64; 2] {
+    let mut offsets: Vec<f64> = planes.iter().map(|p| p.offset.abs()).filter(|&d| d > 0.0).collect();
+    offsets.sort_by(f64::total_cmp);
+    let at = |k: usize| offsets.get(k).copied().unwrap_or(1.0);
+    [at(offsets.len().saturating_sub(1)), at(offsets.len() / 2)]
+}
+
+/// The solid, cut twice: the first time about the origin with a guessed radius, the second about the solid's own middle
 /// with its own radius, to which the tolerance refers.
-fn attempt(planes: &[Plane], tolerance: f64) -> Result<Solid, Failure> {
-    let mut centre = DVec3::ZERO;
-    let mut radius = planes.iter().map(|p| p.offset.abs()).fold(0.0, f64::max);
-    if radius == 0.0 {
-        radius = 1.0;
-    }
+fn attempt(planes: &[Plane], guess: f64, tolerance: f64) -> Result<Solid, Failure> {
+    let (mut centre, mut radius) = (DVec3::ZERO, guess);
     for round in 0..4 {
         let Solid { mut polytope, repeated } = cut_all(planes, centre, radius, tolerance)?;
         polytope.compact();
@@ -114,13 +122,13 @@ fn attempt(planes: &[Plane], tolerance: f64) -> Result<Solid, Failure> {
         sharpen(planes, &mut polytope, radius);
         let (middle, own) = frame(&polytope);
         let settled = (middle - centre).length() < 0.5 * own && own > 0.5 * radius;
+        if !own.is_finite() || own < SMALLEST {
+            return Err(Failure::Confused);
+        }
         if settled || round == 3 {
             let polytope = contract(planes, polytope, own);
             let sound = polytope.is_sound() && agrees(planes, &polytope, own);
             return if sound { Ok(Solid { polytope, repeated }) } else { Err(Failure::Confused) };
-        }
-        if !(own > 0.0) {
-            return Err(Failure::Confused);
         }
         (centre, radius) = (middle, own);
     }

@@ -105,21 +105,27 @@ fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<V
         }
     }
     if odd.0 > 0 {
-        let what = "non-manifold mesh: N edge{s} shared by an odd number of triangles, three or more";
+        let what = "non-manifold mesh: N edge{s} {are} shared by an odd number of triangles, three or more";
         return Err(at_edge(positions, what, odd));
     }
     if open.0 > 0 {
-        let what = "open mesh: N edge{s} with a triangle on one side only";
+        let what = "open mesh: N edge{s} {have} a triangle on one side only";
         return Err(Fault { is_open: true, ..at_edge(positions, what, open) });
     }
     Ok(across)
 }
 
-/// The error about `count` edges, of which the first has the vertices packed in `key`.
+/// The fault at `count` edges, of which the first has the vertices packed in `key`; `what` says "N edge{s}" and
+/// "{have}" or "{are}".
 fn at_edge(positions: &[DVec3], what: &str, (count, key): (usize, u64)) -> Fault {
     let [a, b] = [key >> 32, key & 0xffff_ffff].map(|v| positions[v as usize]);
-    let (plural, first) = if count == 1 { (" is", "") } else { ("s are", "the first ") };
-    let head = what.replace("N", &count.to_string()).replace("{s}", plural);
+    let one = count == 1;
+    let head = what
+        .replace('N', &count.to_string())
+        .replace("{s}", if one { "" } else { "s" })
+        .replace("{have}", if one { "has" } else { "have" })
+        .replace("{are}", if one { "is" } else { "are" });
+    let first = if one { "" } else { "the first " };
     let message =
         format!("{head}, {first}between ({}, {}, {}) and ({}, {}, {})", a.x, a.y, a.z, b.x, b.y, b.z);
     Fault { message, place: 0.5 * (a + b), is_open: false }
@@ -158,7 +164,7 @@ fn orient(
                     members.push(u);
                 } else if flipped[u] != wanted {
                     let key = (u64::from(a) << 32) | u64::from(b);
-                    let what = "the mesh cannot be oriented (like a Möbius strip it has one side): N edge{s} in conflict";
+                    let what = "the mesh cannot be oriented (like a Möbius strip it has one side): no winding suits N edge";
                     return Err(at_edge(positions, what, (1, key)));
                 }
             }
@@ -198,7 +204,7 @@ fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) ->
     }
     Err(at_edge(
         positions,
-        "non-manifold mesh: N edge{s} run along one way by more triangles than the other",
+        "non-manifold mesh: N edge{s} {are} run along one way by more triangles than the other",
         bad,
     ))
 }

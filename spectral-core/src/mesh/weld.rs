@@ -29,8 +29,7 @@ pub(super) fn check_input(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result
     }
     for (k, p) in positions.iter().enumerate() {
         for (axis, value) in ["x", "y", "z"].iter().zip(p.to_array()) {
-            // Written so that NaN fails too.
-            if !(value.abs() <= LARGEST) {
+            if !value.is_finite() || value.abs() > LARGEST {
                 return Err(Error::value(format!("vertex {k}, {axis}"), value, RANGE));
             }
         }

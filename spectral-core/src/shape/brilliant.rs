@@ -58,7 +58,7 @@ impl RoundBrilliant {
         if !(0.0..=0.5).contains(&self.girdle) {
             return Err(Error::value("girdle", self.girdle, "it must lie between 0 (a knife edge) and 0.5"));
         }
-        if self.girdle_facets % 16 != 0 || !(16..=960).contains(&self.girdle_facets) {
+        if !self.girdle_facets.is_multiple_of(16) || !(16..=960).contains(&self.girdle_facets) {
             let expected = "it must be a multiple of 16 from 16 to 960";
             return Err(Error::value("girdle_facets", self.girdle_facets, expected));
         }

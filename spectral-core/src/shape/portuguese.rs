@@ -36,7 +36,7 @@ impl Default for Portuguese {
 
 impl Portuguese {
     fn check(&self) -> Result<(), Error> {
-        if self.facets % 4 != 0 || !(8..=96).contains(&self.facets) {
+        if !self.facets.is_multiple_of(4) || !(8..=96).contains(&self.facets) {
             return Err(Error::value("facets", self.facets, "it must be a multiple of 4 from 8 to 96"));
         }
         if !(0.0..=0.5).contains(&self.girdle) {
