@@ -8,6 +8,7 @@ use spectral_core::mesh::{Mesh, MeshOptions};
 use std::path::Path;
 
 /// Loose triangles as a file holds them.
+#[derive(Debug)]
 pub(super) struct Soup {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,

@@ -2,67 +2,59 @@
 
 use glam::DVec3;
 
-/// The most corners of a polygon that is not convex: clipping its ears costs the square to the cube of them.
+/// The most corners of a polygon: the work grows with their cube.
 const MAX_CORNERS: usize = 1024;
 
-/// Appends the triangles of the polygon `corners` (indices into `positions`, all valid).
+/// Appends the triangles of the polygon `corners` (indices into `positions`, all valid), convex or not.
 ///
-/// Ears are clipped thickest first, so that corners on a straight edge are not lost in triangles without
-/// area: a neighbouring face uses them too, and the mesh would come apart there.
+/// Of all triangulations the one whose thinnest triangle is thickest (Klincsek 1980, with the minimum in
+/// place of the sum): a corner on a straight edge must not be lost in a triangle without area, since
+/// a neighbouring face uses it, too, and the mesh would come apart there. Where every triangle turns as the
+/// polygon does, together they cover it exactly once, so that notches need no test of their own.
 pub(super) fn triangulate(
     positions: &[DVec3],
     corners: &[u32],
     triangles: &mut Vec<[u32; 3]>,
 ) -> Result<(), String> {
-    match *corners {
-        [a, b, c] => triangles.push([a, b, c]),
-        _ if corners.len() > MAX_CORNERS => {
-            let count = corners.len();
-            return Err(format!("a polygon with {count} corners; at most {MAX_CORNERS} are read, split it"));
+    let n = corners.len();
+    if let [a, b, c] = *corners {
+        triangles.push([a, b, c]);
+        return Ok(());
+    }
+    if n > MAX_CORNERS {
+        return Err(format!("a polygon with {n} corners; at most {MAX_CORNERS} are read, split it"));
+    }
+    let points: Vec<DVec3> = corners.iter().map(|c| positions[*c as usize]).collect();
+    // Newell's normal: twice the vector area, right for polygons that are not convex and not quite flat.
+    let normal: DVec3 = (0..n).map(|k| points[k].cross(points[(k + 1) % n])).sum();
+    // best[i·n + j]: the thinnest triangle of the best triangulation of corners i to j, and the apex over i–j.
+    let mut best = vec![(f64::INFINITY, 0_usize); n * n];
+    for span in 2..n {
+        for i in 0..n - span {
+            let j = i + span;
+            best[i * n + j] = (i + 1..j)
+                .map(|k| {
+                    let own = thickness([points[i], points[k], points[j]], normal);
+                    (own.min(best[i * n + k].0).min(best[k * n + j].0), k)
+                })
+                .fold((f64::NEG_INFINITY, i + 1), |a, b| if b.0 > a.0 { b } else { a });
         }
-        _ => clip(positions, corners.to_vec(), triangles),
+    }
+    let mut open = vec![(0, n - 1)];
+    while let Some((i, j)) = open.pop() {
+        if j >= i + 2 {
+            let k = best[i * n + j].1;
+            triangles.push([corners[i], corners[k], corners[j]]);
+            open.extend([(i, k), (k, j)]);
+        }
     }
     Ok(())
 }
 
-fn clip(positions: &[DVec3], mut ring: Vec<u32>, triangles: &mut Vec<[u32; 3]>) {
-    let at = |i: u32| positions[i as usize];
-    // Newell's normal: twice the vector area, right for polygons that are not convex and not quite flat.
-    let normal: DVec3 = (0..ring.len()).map(|k| at(ring[k]).cross(at(ring[(k + 1) % ring.len()]))).sum();
-    let turn = |[a, b, c]: [u32; 3]| (at(b) - at(a)).cross(at(c) - at(b)).dot(normal);
-    let around = |ring: &[u32], k: usize| {
-        let n = ring.len();
-        [ring[(k + n - 1) % n], ring[k], ring[(k + 1) % n]]
-    };
-    while ring.len() > 3 {
-        let reflex: Vec<u32> = (0..ring.len())
-            .map(|k| around(&ring, k))
-            .filter(|ear| turn(*ear) < 0.0)
-            .map(|[_, b, _]| b)
-            .collect();
-        let empty = |ear: [u32; 3]| !reflex.iter().any(|p| !ear.contains(p) && inside(&turn, ear, *p));
-        let best = (0..ring.len())
-            .map(|k| (thickness(&turn, around(&ring, k).map(at), around(&ring, k)), k))
-            .filter(|(height, k)| *height > 0.0 && empty(around(&ring, *k)))
-            .max_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-        // A polygon that crosses itself may have no ear left; whatever closes it goes to the mesh's own checks.
-        let k = best.map_or(0, |(_, k)| k);
-        triangles.push(around(&ring, k));
-        ring.remove(k);
-    }
-    if let [a, b, c] = ring[..] {
-        triangles.push([a, b, c]);
-    }
-}
-
-/// How far an ear is from a line: its signed area over its longest side squared.
-fn thickness(turn: &impl Fn([u32; 3]) -> f64, [a, b, c]: [DVec3; 3], ear: [u32; 3]) -> f64 {
-    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared());
-    turn(ear) / longest
-}
-
-fn inside(turn: &impl Fn([u32; 3]) -> f64, [a, b, c]: [u32; 3], p: u32) -> bool {
-    turn([a, b, p]) >= 0.0 && turn([b, c, p]) >= 0.0 && turn([c, a, p]) >= 0.0
+/// How far a triangle is from a line, signed by its turn about `normal`: its area over its longest side.
+fn thickness([a, b, c]: [DVec3; 3], normal: DVec3) -> f64 {
+    let longest = (b - a).length_squared().max((c - b).length_squared()).max((a - c).length_squared()).sqrt();
+    (b - a).cross(c - a).dot(normal) / longest
 }
 
 #[cfg(test)]

@@ -78,8 +78,9 @@ fn joined(text: &str) -> String {
     for line in text.lines() {
         joined.push_str(line);
         let mut words = line.split_whitespace();
-        let prose = matches!(words.next(), Some("H" | "F" | "G")) || words.any(|w| w == "G");
-        if !prose && line.split_whitespace().last() == Some("n") {
+        // A mirror flag may be an n, too, and prose may end with one.
+        let closed = matches!(words.next(), Some("y" | "H" | "F" | "G")) || words.any(|w| w == "G");
+        if !closed && line.split_whitespace().last() == Some("n") {
             joined.push(' ');
             gap.push('\n');
         } else {
