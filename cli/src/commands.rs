@@ -26,7 +26,7 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "gemtrace", version, about, after_help = EXIT_CODES, propagate_version = true)]
 pub struct Cli {
-    /// Print one JSON object instead of text.
+    /// Print one JSON object instead of text; what went wrong is in its "failure".
     #[arg(long, global = true)]
     pub json: bool,
     /// Print errors and nothing else; no progress, no warnings, no closing line.
@@ -127,7 +127,7 @@ fn print(cli: &Cli, report: Option<Report>, failure: Option<&Error>, out: &mut d
     let text = if cli.json {
         let mut object = report.map_or(json!({}), |r| r.json);
         if let Some(error) = failure {
-            object["error"] = json!({ "message": error.to_string(), "exit_code": error.exit_code() });
+            object["failure"] = json!({ "message": error.to_string(), "exit_code": error.exit_code() });
         }
         object.to_string()
     } else {

@@ -130,8 +130,9 @@ impl Axis {
     fn new(values: [f64; 2], pixels: [f64; 2], round: bool) -> Self {
         let [mut low, mut high] = values;
         if low >= high {
-            let margin = if low == 0.0 { 1.0 } else { low.abs() * 0.1 };
-            (low, high) = (low - margin, high + margin);
+            // A constant lies in the middle, nothing at all on the axis.
+            let margin = low.abs() * 0.1;
+            (low, high) = if low == 0.0 { (0.0, 1.0) } else { (low - margin, high + margin) };
         }
         let step = nice_step(high - low);
         if round {

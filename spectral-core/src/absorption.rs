@@ -128,7 +128,8 @@ impl Absorption {
 
     /// The Napierian coefficient α in 1/mm at a wavelength in nm.
     pub fn coefficient(&self, nm: f64) -> f64 {
-        self.terms.iter().map(|term| term.coefficient(nm)).sum()
+        // A fold rather than `sum`, whose zero is -0.0.
+        self.terms.iter().fold(0.0, |sum, term| sum + term.coefficient(nm))
     }
 
     /// The share of light left after `length_mm`: exp(−αℓ).

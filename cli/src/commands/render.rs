@@ -91,8 +91,11 @@ fn targets(args: &Args) -> Result<Vec<Target>, Error> {
         [] => vec![PathBuf::from(format!("{stem}.png")), PathBuf::from(format!("{stem}.exr"))],
         paths => paths.to_vec(),
     };
-    if let Some((i, twice)) = paths.iter().enumerate().find(|(i, path)| paths[..*i].contains(path)) {
-        return Err(Error::Usage(format!("output {} is output {} again: {}", i + 1, i, twice.display())));
+    for (i, path) in paths.iter().enumerate() {
+        if let Some(first) = paths[..i].iter().position(|earlier| earlier == path) {
+            let message = format!("output {} is output {} again: {}", i + 1, first + 1, path.display());
+            return Err(Error::Usage(message));
+        }
     }
     paths.into_iter().map(Target::new).collect()
 }

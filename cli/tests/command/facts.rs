@@ -1,0 +1,170 @@
+//! The commands that describe.
+
+use super::support::{Workplace, command, command_with, cut};
+use gemtrace::progress::Interrupt;
+use serde_json::Value;
+use spectral_core::color::Response;
+use spectral_core::wavelength::WavelengthGrid;
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
+}
+
+#[test]
+fn diamond_has_its_published_figures() {
+    let report = command(&["materials", "diamond"]).unwrap();
+    let lines = report.json["lines"].as_array().unwrap();
+    let line = |name: &str| lines.iter().find(|l| l["line"] == name).map(|l| number(&l["n"])).unwrap();
+    // Peter 1923: n_D = 2.4173, n_G − n_B = 0.0444; V = (n_d − 1)/(n_F − n_C).
+    assert!((line("D") - 2.4173).abs() < 1e-4);
+    assert!((number(&report.json["dispersion_bg"]) - 0.0444).abs() < 1e-4);
+    assert!((number(&report.json["abbe_number"]) - (line("d") - 1.0) / (line("F") - line("C"))).abs() < 1e-9);
+    assert_eq!(report.json["colour"]["srgb"], "#ffffff");
+    assert!(report.text.contains("2.41726") && report.text.contains("Peter"), "{}", report.text);
+}
+
+#[test]
+fn the_list_names_every_material_and_colours_them_as_they_are() {
+    let report = command(&["materials"]).unwrap();
+    let all = report.json["materials"].as_array().unwrap();
+    let colour = |name: &str| -> [f64; 3] {
+        let material = all.iter().find(|m| m["name"] == name).unwrap();
+        std::array::from_fn(|c| number(&material["colour"]["linear_srgb"][c]))
+    };
+    let greatest = |[r, g, b]: [f64; 3]| {
+        if r > g && r > b {
+            'r'
+        } else if g > b {
+            'g'
+        } else {
+            'b'
+        }
+    };
+    assert_eq!(
+        ["ruby", "emerald", "sapphire", "gold"].map(|name| greatest(colour(name))),
+        ['r', 'g', 'b', 'r']
+    );
+    assert!(all.iter().all(|m| report.text.contains(m["name"].as_str().unwrap())));
+}
+
+#[test]
+fn a_misspelt_material_is_recognised() {
+    let error = command(&["materials", "saphire"]).unwrap_err();
+    assert_eq!(
+        (error.to_string().as_str(), error.exit_code()),
+        ("unknown material 'saphire'; did you mean 'sapphire'?", 3)
+    );
+}
+
+#[test]
+fn plots_are_written_where_asked() {
+    let place = Workplace::new();
+    let file = |name: &str| place.path(name).display().to_string();
+    command(&["materials", "ruby", "--svg", &file("ruby.svg")]).unwrap();
+    command(&["materials", "gold", "--svg", &file("gold.svg")]).unwrap();
+    command(&["spectrum", "1", "0.5", "0.1", "--svg", &file("s.svg")]).unwrap();
+    for (name, lines) in [("ruby.svg", 2), ("gold.svg", 2), ("s.svg", 2)] {
+        let text = std::fs::read_to_string(place.path(name)).unwrap();
+        assert!(text.starts_with("<svg") && text.ends_with("</svg>\n") && !text.contains("NaN"));
+        assert_eq!(text.matches("<polyline").count(), lines, "{name}");
+    }
+    let error = command(&["materials", "ruby", "--svg", &file("no/ruby.svg")]).unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+}
+
+#[test]
+fn a_spectrum_shows_its_colour() {
+    let report = command(&["spectrum", "1", "0.5", "0.1"]).unwrap();
+    let numbers = |key: &str| report.json[key].as_array().unwrap().iter().map(number).collect::<Vec<f64>>();
+    let grid = WavelengthGrid::stepped(380.0, 780.0, 5.0).unwrap();
+    assert_eq!(numbers("nm"), grid.nm());
+    let shown = Response::new(&grid).unwrap().to_linear_srgb(&numbers("radiance"));
+    let error: f64 = shown.iter().zip([1.0, 0.5, 0.1]).map(|(a, b)| (a - b).abs()).sum();
+    assert!(error <= 1e-6 && (error - number(&report.json["error"])).abs() < 1e-12);
+    assert_eq!(report.json["converged"], true);
+    assert!(numbers("radiance").iter().all(|v| *v >= 0.0));
+    let coarse = command(&["spectrum", "1", "0.5", "0.1", "--tolerance", "0.004"]).unwrap();
+    assert!(number(&coarse.json["sweeps"]) < number(&report.json["sweeps"]));
+    assert!(number(&coarse.json["error"]) <= 0.004);
+}
+
+#[test]
+fn a_colour_that_no_light_has_is_refused() {
+    let error = command(&["spectrum", "-1", "-0.5", "-2"]).unwrap_err();
+    assert_eq!(error.exit_code(), 3, "{error}");
+    assert!(command(&["spectrum", "nan", "0", "0"]).is_err());
+    assert_eq!(command(&["spectrum", "0", "0", "0"]).unwrap().json["sweeps"], 0);
+}
+
+#[test]
+fn the_sample_brilliant_has_the_proportions_in_its_title() {
+    for format in ["asc", "gem", "gcs"] {
+        let report = command(&["cut", &cut(&format!("srb_diamond_57.{format}"))]).unwrap();
+        let solid = &report.json["solid"];
+        assert_eq!((&report.json["closed"], &solid["convex"]), (&Value::Bool(true), &Value::Bool(true)));
+        assert_eq!(report.json["facets"], 73);
+        let figures = ["table_percent", "crown_angle", "pavilion_angle", "girdle_percent"];
+        for (key, wanted) in figures.into_iter().zip([57.0, 34.5, 40.75, 3.0]) {
+            assert!((number(&solid[key]) - wanted).abs() < 1e-2, "{format}: {key} {}", solid[key]);
+        }
+        let tiers = report.json["tiers"].as_array().unwrap();
+        let mut counts: Vec<u64> = tiers.iter().map(|t| t["facets"].as_u64().unwrap()).collect();
+        counts.sort_unstable();
+        assert_eq!(counts, [1, 8, 8, 8, 16, 16, 16], "{format}");
+    }
+}
+
+#[test]
+fn a_cut_that_does_not_close_is_still_described() {
+    let place = Workplace::new();
+    let text = std::fs::read_to_string(cut("srb_diamond_57.asc")).unwrap();
+    let open: String = text.lines().filter(|l| !l.starts_with("a -")).map(|l| format!("{l}\n")).collect();
+    std::fs::write(place.path("open.asc"), open).unwrap();
+    let report = command(&["cut", &place.path("open.asc").display().to_string()]).unwrap();
+    assert_eq!(report.json["closed"], false);
+    let failure = report.failure.unwrap();
+    assert_eq!(failure.exit_code(), 3);
+    assert!(
+        failure.to_string().contains("open.asc") && failure.to_string().contains("does not close"),
+        "{failure}"
+    );
+    assert!(report.text.contains("34.50°"), "{}", report.text);
+}
+
+#[test]
+fn meshes_are_measured_too() {
+    let place = Workplace::new();
+    let tetrahedron = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+    std::fs::write(place.path("t.obj"), tetrahedron).unwrap();
+    let report = command(&["cut", &place.path("t.obj").display().to_string()]).unwrap();
+    assert_eq!(report.json["closed"], true);
+    assert_eq!(report.json["solid"]["facets"], 4);
+    assert!((number(&report.json["solid"]["volume"]) - 1.0 / 6.0).abs() < 1e-12);
+}
+
+#[test]
+fn check_describes_a_scene_and_refuses_a_bad_one() {
+    let place = Workplace::new();
+    let scene = place.path("tiny.toml").display().to_string();
+    let report = command(&["check", &scene]).unwrap();
+    assert_eq!(report.json["settings"]["width"], 24);
+    assert_eq!(report.json["stones"][0]["material"], "diamond");
+    assert_eq!(report.json["film_bytes"], 24 * 16 * 20);
+    assert!(report.text.starts_with("24 × 16 pixels, 4 samples each, 8 wavelengths from 380 to 740 nm"));
+    std::fs::write(place.path("tiny.toml"), "format = 1\n[film]\nwidht = 3\n").unwrap();
+    assert_eq!(command(&["check", &scene]).unwrap_err().exit_code(), 3);
+}
+
+#[test]
+fn both_backends_are_listed_and_warnings_go_to_the_log() {
+    let report = command(&["devices"]).unwrap();
+    let names: Vec<&Value> =
+        report.json["backends"].as_array().unwrap().iter().map(|b| &b["backend"]).collect();
+    assert_eq!(names, ["cpu", "reference"]);
+    let place = Workplace::with(&super::support::SCENE.replace("width = 6.5\n", ""));
+    let scene = place.path("tiny.toml").display().to_string();
+    let (result, log) = command_with(&["check", &scene], &Interrupt::default());
+    assert!(log.starts_with("warning: ") && log.lines().count() == 1, "{log}");
+    assert_eq!(result.unwrap().json["warnings"].as_array().unwrap().len(), 1);
+    assert_eq!(command_with(&["check", &scene, "--quiet"], &Interrupt::default()).1, "");
+}

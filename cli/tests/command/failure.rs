@@ -1,0 +1,136 @@
+//! Outputs that fail, and renders that are stopped.
+
+use super::read::{Exr, Png};
+use super::support::{SCENE, Workplace};
+use gemtrace::{Error, progress::Interrupt};
+use std::time::{Duration, Instant};
+
+fn refusal(place: &Workplace, output: &str) -> String {
+    // More work than anyone would wait for: what is refused must be refused before it.
+    let error = place.render(&[output], &["--samples", "65536", "--size", "2048x2048"]).unwrap_err();
+    assert_eq!(error.exit_code(), 4, "{error}");
+    error.to_string()
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_refused_before_rendering() {
+    let place = Workplace::new();
+    std::fs::create_dir(place.path("folder.png")).unwrap();
+    for (output, message) in [
+        ("missing/a.png", "missing does not exist; create it first"),
+        ("tiny.toml/a.png", "tiny.toml is a file, not a folder"),
+        ("tiny.toml/b/a.png", "is a file, not a folder"),
+        ("folder.png", "this is a folder; give the name of a file in it"),
+        ("a.jpg", "end the name in '.png' or '.exr'"),
+        ("a", "end the name in '.png' or '.exr'"),
+    ] {
+        let found = refusal(&place, output);
+        assert!(found.contains(message), "{found}");
+    }
+    assert_eq!(place.files(), ["folder.png"]);
+}
+
+#[test]
+fn one_output_twice_is_a_slip() {
+    let place = Workplace::new();
+    let error = place.render(&["a.png", "b.png", "a.png"], &[]).unwrap_err();
+    assert_eq!(error.exit_code(), 2);
+    assert!(error.to_string().contains("output 3 is output 1 again"), "{error}");
+}
+
+#[test]
+fn absurd_sizes_are_refused_with_the_memory_they_would_need() {
+    let place = Workplace::new();
+    let error = place.render(&["a.png"], &["--size", "4294967295x4294967295"]).unwrap_err();
+    assert!(error.to_string().contains("GiB") && error.exit_code() == 3, "{error}");
+    let error = place.render(&["a.png"], &["--samples", "70000"]).unwrap_err();
+    assert!(error.to_string().contains("samples: 70000 is not valid"), "{error}");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_costs_one_picture_and_not_the_other() {
+    let place = Workplace::new();
+    for name in ["a.png", "a.exr"] {
+        std::os::unix::fs::symlink("/dev/full", place.path(name)).unwrap();
+        let other = if name == "a.png" { "b.exr" } else { "b.png" };
+        let report = place.render(&[name, other], &[]).unwrap();
+        let failure = report.failure.unwrap();
+        assert_eq!(failure.exit_code(), 4);
+        let message = failure.to_string();
+        assert!(message.contains("No space left on device"), "{message}");
+        let rescued = report.json["outputs"][0]["path"].as_str().unwrap().to_owned();
+        assert!(message.contains(&format!("saved as {rescued} instead")), "{message}");
+        assert!(report.text.contains(&rescued));
+        assert!(std::fs::metadata(&rescued).unwrap().len() > 100);
+        std::fs::remove_file(rescued).unwrap();
+        assert!(std::fs::metadata(place.path(other)).unwrap().len() > 100);
+    }
+    assert_eq!(place.files(), ["a.exr", "a.png", "b.exr", "b.png"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_stays_a_link_and_its_file_is_replaced() {
+    let place = Workplace::new();
+    std::fs::write(place.path("real.png"), "old").unwrap();
+    std::os::unix::fs::symlink("real.png", place.path("a.png")).unwrap();
+    place.render(&["a.png"], &[]).unwrap();
+    assert!(place.path("a.png").is_symlink());
+    assert_eq!(Png::open(&place.path("real.png")).width, 24);
+}
+
+/// Renders far too many samples and asks to stop after `wait`.
+fn stopped(place: &Workplace, wait: Duration) -> (Result<gemtrace::commands::Report, Error>, Duration) {
+    let interrupt = Interrupt::default();
+    let asked = std::thread::scope(|scope| {
+        let asker = scope.spawn(|| {
+            std::thread::sleep(wait);
+            assert!(interrupt.request(), "the render heeds the request");
+            Instant::now()
+        });
+        let result = place.render_with(&["a.png", "a.exr"], &["--samples", "65536"], &interrupt);
+        (result, asker.join().unwrap())
+    });
+    (asked.0, asked.1.elapsed())
+}
+
+#[test]
+fn what_is_finished_is_written_and_marked_as_partial() {
+    let place = Workplace::with(
+        &SCENE.replace("jitter = true", "").replace("threshold", "jitter = false\nthreshold"),
+    );
+    std::fs::write(place.path("a.png"), "yesterday's picture").unwrap();
+    let (result, delay) = stopped(&place, Duration::from_secs(2));
+    let report = result.unwrap();
+    assert_eq!(report.failure, Some(Error::Interrupted));
+    assert_eq!(report.json["partial"], true);
+    assert!(report.text.starts_with("wrote what was finished"), "{}", report.text);
+    assert_eq!(place.files(), ["a.partial.exr", "a.partial.png", "a.png"]);
+    assert_eq!(std::fs::read(place.path("a.png")).unwrap(), b"yesterday's picture");
+    let exr = Exr::open(&place.path("a.partial.exr"));
+    assert_eq!(exr.attributes["gemtrace.partial"], "true");
+    assert_eq!(Png::open(&place.path("a.partial.png")).provenance["partial"], true);
+    // The passes double, so by now every pixel has had its first samples.
+    assert!((0..24 * 16).all(|i| exr.pixel(i)[3] == 1.0));
+    assert!(delay < Duration::from_secs(1), "stopping took {delay:?}");
+}
+
+#[test]
+fn a_render_stopped_before_its_first_sample_writes_nothing() {
+    let place =
+        Workplace::with(&SCENE.replace("width = 24", "width = 2048").replace("height = 16", "height = 2048"));
+    let interrupt = Interrupt::default();
+    interrupt.request();
+    match place.render_with(&["a.png"], &[], &interrupt) {
+        Err(error) => {
+            assert_eq!(error, Error::Interrupted);
+            assert!(place.files().is_empty());
+        }
+        // Some tiles were done when the request was looked at.
+        Ok(report) => {
+            assert_eq!(report.failure, Some(Error::Interrupted));
+            assert_eq!(place.files(), ["a.partial.png"]);
+        }
+    }
+}

@@ -1,0 +1,9 @@
+//! The commands: through the library, where figures are checked, and through the binary, where exit
+//! codes, streams and signals are.
+
+mod binary;
+mod facts;
+mod failure;
+mod picture;
+mod read;
+mod support;
