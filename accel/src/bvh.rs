@@ -31,9 +31,9 @@ pub struct BuildOptions {
 }
 
 impl Default for BuildOptions {
-    /// Budget 2, overlap 10⁻⁵, no reinsertion.
+    /// Budget 2.5, overlap 10⁻⁵, no reinsertion.
     fn default() -> Self {
-        BuildOptions { budget: 2.0, overlap: 1e-5, reinsertion: 0.0 }
+        BuildOptions { budget: 2.5, overlap: 1e-5, reinsertion: 0.0 }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Spatial splits: space is cut by a plane, and a reference that straddles it goes to both sides, each part
 //! with its own clipped box (Stich, Friedrich & Dietrich 2009, section 4).
 
+use glam::Vec4;
 use rayon::prelude::*;
 
 use super::clip;
@@ -8,12 +9,16 @@ use super::reference::{Extent, Mesh, Reference};
 use crate::bounds::Bounds;
 
 pub(crate) const BINS: usize = 16;
+/// What a duplicate is charged less, as a share of the node's area. The heuristic prices each side as if it
+/// were a leaf; but a duplicate's boxes shrink further down, most of all those of slivers. Measured: on slivers
+/// this takes 8 % off the tree's cost at a budget of 2 and 15 % at 2.5, on a soup 7 %.
+const REBATE: f32 = 0.05;
 const PIECE: usize = 1 << 12;
 
 /// The best spatial split of a node.
 #[derive(Clone, Copy)]
 pub(crate) struct SpatialSplit {
-    /// Half area × references, summed over the two sides.
+    /// Half area × references, summed over the two sides, less the rebate for duplicates.
     pub cost: f32,
     pub axis: usize,
     pub position: f32,
@@ -77,8 +82,7 @@ impl Planes {
     }
 
     /// Chopped binning: a reference's part in each bin that it reaches.
-    fn add(&self, bins: &mut Bins, reference: Reference, mesh: &Mesh) {
-        let bounds = reference.bounds();
+    fn add(&self, bins: &mut Bins, bounds: Bounds, corners: impl FnOnce() -> [Vec4; 3]) {
         let first = self.bin(bounds.lo[self.axis]);
         let last = self.bin(bounds.hi[self.axis]).max(first);
         bins.enter[first] += 1;
@@ -87,26 +91,25 @@ impl Planes {
             bins.bounds[first] = bins.bounds[first].union(bounds);
             return;
         }
-        let corners = mesh.corners(reference.triangle());
-        let mut below = Bounds::EMPTY;
+        let corners = corners();
+        let mut parts = [Bounds::EMPTY; BINS];
+        let values = corners.map(|corner| corner[self.axis]);
+        let places = values.map(|value| self.bin(value));
+        for (from, to) in [(0, 1), (1, 2), (2, 0)] {
+            parts[places[from]] = parts[places[from]].with_point(corners[from]);
+            let (low, high) = (places[from].min(places[to]), places[from].max(places[to]));
+            let step = corners[to] - corners[from];
+            let inverse = 1.0 / (values[to] - values[from]);
+            for bin in low.max(first)..high.min(last) {
+                let share = (self.position(bin + 1) - values[from]) * inverse;
+                let point = corners[from] + step * share.clamp(0.0, 1.0);
+                parts[bin] = parts[bin].with_point(point);
+                parts[bin + 1] = parts[bin + 1].with_point(point);
+            }
+        }
         for bin in first..=last {
-            let mut slab = bounds;
-            let mut part = below;
-            if bin > first {
-                slab.lo[self.axis] = slab.lo[self.axis].max(self.position(bin));
-            }
-            if bin < last {
-                let top = self.position(bin + 1);
-                slab.hi[self.axis] = slab.hi[self.axis].min(top);
-                below = clip::section(&corners, self.axis, top);
-                part = part.union(below);
-            }
-            for corner in corners {
-                if self.bin(corner[self.axis]) == bin {
-                    part = part.with_point(corner);
-                }
-            }
-            bins.bounds[bin] = bins.bounds[bin].union(clip::within(part, slab));
+            let part = clip::within(parts[bin], bounds);
+            bins.bounds[bin] = bins.bounds[bin].union(part);
         }
     }
 }
@@ -118,21 +121,38 @@ pub(crate) fn find(
     mesh: &Mesh,
     spare: usize,
 ) -> Option<SpatialSplit> {
-    let count = if references.len() <= 16 { BINS / 2 } else { BINS };
+    let count = match references.len() {
+        0..=8 => 4,
+        9..=32 => 8,
+        _ => BINS,
+    };
     let mut best: Option<SpatialSplit> = None;
+    let planes = [0, 1, 2].map(|axis| Planes::new(extent.bounds, axis, count));
+    let fill = |references: &[Reference]| {
+        let mut bins = [Bins::EMPTY; 3];
+        for reference in references {
+            // Fetched only where it must be cut: the corners are far apart in memory.
+            let mut corners = None;
+            for (planes, bins) in planes.iter().zip(&mut bins) {
+                if let Some(planes) = planes {
+                    planes.add(bins, reference.bounds(), || {
+                        *corners.get_or_insert_with(|| mesh.corners(reference.triangle()))
+                    });
+                }
+            }
+        }
+        bins
+    };
+    let bins = if references.len() > PIECE * 4 {
+        references
+            .par_chunks(PIECE)
+            .map(fill)
+            .reduce(|| [Bins::EMPTY; 3], |[x, y, z], [a, b, c]| [x.merge(&a), y.merge(&b), z.merge(&c)])
+    } else {
+        fill(references)
+    };
     for axis in 0..3 {
-        let Some(planes) = Planes::new(extent.bounds, axis, count) else { continue };
-        let fill = |references: &[Reference]| {
-            let mut bins = Bins::EMPTY;
-            references.iter().for_each(|&reference| planes.add(&mut bins, reference, mesh));
-            bins
-        };
-        let bins = if references.len() > PIECE * 4 {
-            let pieces: Vec<Bins> = references.par_chunks(PIECE).map(fill).collect();
-            pieces.iter().fold(Bins::EMPTY, Bins::merge)
-        } else {
-            fill(references)
-        };
+        let (Some(planes), bins) = (&planes[axis], &bins[axis]) else { continue };
         let mut right = [Side { bounds: Bounds::EMPTY, count: 0 }; BINS];
         let mut sum = right[0];
         for bin in (1..count).rev() {
@@ -150,8 +170,10 @@ pub(crate) fn find(
             if left.count == 0 || right.count == 0 || both > references.len() + spare {
                 continue;
             }
-            let cost =
-                left.bounds.half_area() * left.count as f32 + right.bounds.half_area() * right.count as f32;
+            let duplicates = both.saturating_sub(references.len());
+            let cost = left.bounds.half_area() * left.count as f32
+                + right.bounds.half_area() * right.count as f32
+                - REBATE * extent.bounds.half_area() * duplicates as f32;
             if best.is_none_or(|best| cost < best.cost) {
                 best = Some(SpatialSplit { cost, axis, position: planes.position(bin), left, right });
             }
