@@ -34,7 +34,7 @@ pub fn half(axis: DVec3) -> Environment {
 /// A disc lamp of radiance 1 and angular radius `radius` degrees about a unit direction.
 pub fn lamp(towards: DVec3, radius: f64) -> Environment {
     let edge = radius.to_radians().cos();
-    painted(360, |d| if d.dot(towards) > edge { 1.0 } else { 0.0 })
+    painted(180, |d| if d.dot(towards) > edge { 1.0 } else { 0.0 })
 }
 
 /// Radiance θ/π by polar angle θ from +z, on the side y > 0 only.
