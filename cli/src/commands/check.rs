@@ -61,11 +61,11 @@ fn describe(loaded: &scene_file::LoadedScene, scene: &PreparedScene) -> String {
     let s = &scene.settings;
     let [from, to] = s.wavelengths.range();
     let mut lines = vec![format!(
-        "{} × {} pixels, {} samples each, {} wavelengths from {from} to {to} nm{}; film {}",
+        "{} × {} pixels, {} each, {} from {from} to {to} nm{}; film {}",
         scene.width,
         scene.height,
-        s.samples,
-        s.wavelengths.len(),
+        counted(u64::from(s.samples), "sample"),
+        counted(s.wavelengths.len() as u64, "wavelength"),
         if s.jitter && s.wavelengths.can_jitter() { ", jittered" } else { "" },
         memory(film_bytes(scene)),
     )];
@@ -79,6 +79,10 @@ fn describe(loaded: &scene_file::LoadedScene, scene: &PreparedScene) -> String {
     }
     lines.push("the scene is sound".to_owned());
     lines.join("\n")
+}
+
+fn counted(n: u64, noun: &str) -> String {
+    format!("{n} {noun}{}", if n == 1 { "" } else { "s" })
 }
 
 fn memory(bytes: u64) -> String {

@@ -49,7 +49,9 @@ fn list() -> Result<Report, Error> {
         ]);
         all.push(facts(material)?);
     }
-    let text = format!("{}\n\n~ approximate; colour: {}", table::columns(2, &rows), appearance::MEANING);
+    let (through, metal) = (appearance::TRANSMITTED, appearance::REFLECTED);
+    let legend = format!("~ approximate\ncolour: {through}; of metals {metal}");
+    let text = format!("{}\n\n{legend}", table::columns(2, &rows));
     Ok(Report::new(text, json!({ "materials": all })))
 }
 
@@ -87,7 +89,7 @@ fn facts(material: &Material) -> Result<Value, Error> {
         "dispersion_bg": dispersion(material).map(Dispersion::dispersion_bg),
         "dispersion_cf": dispersion(material).map(Dispersion::dispersion_cf),
         "density": material.density,
-        "colour": { "srgb": appearance.hex(), "linear_srgb": appearance.linear, "meaning": appearance::MEANING },
+        "colour": { "srgb": appearance.hex(), "linear_srgb": appearance.linear, "meaning": appearance.meaning },
         "approximate": material.is_approximate(),
         "notes": material.notes,
         "sources": sources,
@@ -119,7 +121,8 @@ fn describe(material: &Material) -> Result<String, Error> {
     if let Some(density) = material.density {
         text += &format!("\ndensity      {density} g/cm³");
     }
-    text += &format!("\ncolour       {} – {}", Appearance::of(material)?.hex(), appearance::MEANING);
+    let appearance = Appearance::of(material)?;
+    text += &format!("\ncolour       {} ({})", appearance.hex(), appearance.meaning);
     text += "\n";
     for note in &material.notes {
         text += &format!("\nnote: {note}");

@@ -2,7 +2,7 @@
 
 use super::support::{SCENE, Workplace};
 use serde_json::Value;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn gemtrace(place: &Workplace, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
@@ -90,7 +90,7 @@ fn control_c_writes_what_is_finished_within_a_second() {
     let place = Workplace::with(SCENE);
     let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
     command.args(["render", "tiny.toml", "--samples", "65536", "--json"]).current_dir(place.folder.path());
-    let child = command.stdout(std::process::Stdio::piped()).spawn().unwrap();
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_secs(3));
     let asked = std::time::Instant::now();
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());

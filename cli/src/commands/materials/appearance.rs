@@ -10,14 +10,17 @@ use spectral_core::wavelength::WavelengthGrid;
 /// Thickness of the slab that is looked through, mm.
 const THICKNESS: f64 = 5.0;
 
-/// What [`Appearance`] is the colour of, for people.
-pub const MEANING: &str =
-    "sRGB under D65: light through 5 mm, surfaces left out; of a metal its reflection at normal incidence";
+/// What the colour of something to look through is the colour of, for people.
+pub const TRANSMITTED: &str = "sRGB, D65 through 5 mm, surfaces left out";
+/// What the colour of a metal is.
+pub const REFLECTED: &str = "sRGB, D65 reflected at normal incidence";
 
 /// A material's colour under D65.
 pub struct Appearance {
     /// Linear sRGB; components outside 0–1 are outside the space.
     pub linear: [f64; 3],
+    /// Which light this is: [`TRANSMITTED`] or [`REFLECTED`].
+    pub meaning: &'static str,
 }
 
 impl Appearance {
@@ -33,7 +36,8 @@ impl Appearance {
             (-material.absorption(nm) * THICKNESS).exp()
         };
         let light: Vec<f64> = grid.nm().iter().map(|&nm| Illuminant::D65.at(nm) * share(nm)).collect();
-        Ok(Appearance { linear: Response::new(&grid)?.to_linear_srgb(&light) })
+        let meaning = if material.is_conductor() { REFLECTED } else { TRANSMITTED };
+        Ok(Appearance { linear: Response::new(&grid)?.to_linear_srgb(&light), meaning })
     }
 
     /// As `#rrggbb`, clipped to sRGB.
