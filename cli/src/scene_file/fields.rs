@@ -139,8 +139,9 @@ impl<'a> Fields<'a> {
             spectral_core::Error::Value { what, .. } => what.as_str(),
             _ => "",
         };
-        let words: Vec<&str> = about.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
-        let key = self.table.keys().find(|key| words.contains(&key.get_ref().as_ref()));
+        // The last word that is a key: before it may stand the name of a stone or a material.
+        let word = |c: char| !c.is_alphanumeric() && c != '_';
+        let key = about.rsplit(word).find_map(|w| self.table.keys().find(|key| key.get_ref() == w));
         self.document.error(key.map_or(self.offset, |k| k.span().start), error)
     }
 }
