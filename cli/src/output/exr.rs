@@ -4,6 +4,7 @@
 //! 10(3), 2021: the Stokes component S0 as channels `S0.<nm>nm`, a comma for the decimal point (a point
 //! separates layers), the attribute `spectralLayoutVersion`, and the unit in `emissiveUnits`. Radiance is
 //! relative: an environment of 1 under illuminant E is 1 at every wavelength.
+//! Where wavelengths are jittered, a channel is the mean over its cell and is named after the cell's middle.
 
 use super::Picture;
 use exr::meta::attribute::{AttributeValue, Chromaticities};
