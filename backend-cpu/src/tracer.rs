@@ -122,9 +122,10 @@ impl Kernel {
             return;
         }
         work.account.rays += lines.len() as u64;
-        let direction = ray.direction.as_vec3();
+        // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
+        let rgb = self.scene.environment.rgb(ray.direction).map(|c| c as f32);
         for (value, line) in radiance.iter_mut().zip(lines) {
-            *value = f64::from(self.light.radiance(direction, line));
+            *value = f64::from(line.expand(rgb));
         }
     }
 

@@ -19,15 +19,17 @@ use std::path::Path;
 
 const PHOTOGRAPHS: [&str; 4] = ["apartment.exr", "hall.exr", "lobby.exr", "studio.exr"];
 
-/// Largest summed error, as a share of the colour's largest component.
-const ALLOWED: f64 = 4e-3;
+/// Largest summed error, as a share of the colour's largest component. The project asks for 4e-3; bases that are
+/// exact on the renderer's own wavelengths leave only the film's single precision.
+const ALLOWED: f64 = 1e-5;
 const SIZE: u32 = 160;
 
 fn photograph(name: &str) -> Environment {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/environments").join(name);
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let (image, warnings): (LatLong, _) = environment::read(&path, &bytes).expect("a lat-long image");
-    assert!(warnings.is_empty(), "{warnings:?}");
+    // Compression rings beside the lamps: some components are negative, which no light is.
+    assert!(warnings.iter().all(|w| w.message.contains("lie outside sRGB")), "{warnings:?}");
     Environment { rotation: 25.0, scale: 1.0, ..Environment::image(image) }
 }
 
