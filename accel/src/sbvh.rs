@@ -24,6 +24,9 @@ pub(crate) use reference::{Extent, Mesh, Reference};
 /// Below this depth of the tree nodes are halved by count whatever it costs, which bounds the depth by this
 /// plus the logarithm of the reference count, and with it every recursion, on any input.
 const MAX_GREEDY_DEPTH: u32 = 56;
+/// Nodes with this few references are not split spatially: what a triangle gains there it gains more cheaply
+/// above, and half of all nodes are this small.
+const FEWEST: usize = 8;
 /// Subtrees with more references than this are built as tasks of their own.
 const TASK: usize = 1 << 12;
 
@@ -132,7 +135,7 @@ impl Builder<'_> {
             let spare = references.len() - count;
             let object = object::find(&references[..count], extent);
             let overlapping = object.is_none_or(|object| object.overlap > self.least_overlap);
-            if spare > 0 && overlapping {
+            if spare > 0 && overlapping && count > FEWEST {
                 let spatial = spatial::find(&references[..count], extent, self.mesh, spare);
                 let limit = object.map_or(f32::INFINITY, |object| object.cost);
                 if let Some(spatial) = spatial.filter(|spatial| spatial.cost < limit) {
