@@ -15,6 +15,7 @@ use spectral_core::{
     prepare::PreparedScene,
     settings::{Leftover, RenderSettings},
 };
+use std::collections::HashMap;
 
 /// The scene reduced to one convex stone.
 #[derive(Debug)]
@@ -27,10 +28,36 @@ pub(crate) struct Chain {
 }
 
 /// A ray inside the stone.
-struct Inside<P> {
+struct Inside<'a, P> {
     origin: Vec3,
     direction: Vec3,
     throughput: P,
+    trail: &'a mut Trail,
+    /// Segments so far.
+    steps: usize,
+}
+
+/// The facets that the last wavelength of this sample met, one a segment: the best guess for the next one.
+#[derive(Debug, Default)]
+pub(crate) struct Trail(Vec<usize>);
+
+impl Trail {
+    /// Forgets the facets, for another sample: guesses never come from outside it, so that the order of work
+    /// cannot show.
+    pub fn clear(&mut self) {
+        self.0.clear();
+    }
+
+    fn guess(&self, step: usize) -> usize {
+        self.0.get(step).copied().unwrap_or(usize::MAX)
+    }
+
+    fn note(&mut self, step: usize, facet: usize) {
+        match self.0.get_mut(step) {
+            Some(place) => *place = facet,
+            None => self.0.push(facet),
+        }
+    }
 }
 
 impl Chain {
@@ -40,7 +67,7 @@ impl Chain {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let facets = &scene.geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
         Some(Chain {
-            planes: Planes::new(facets),
+            planes: Planes::new(facets, &adjacent(scene)),
             material: stone.material as usize,
             max_depth,
             threshold: threshold as f32,
@@ -55,6 +82,7 @@ impl Chain {
         direction: Vec3,
         line: &Line,
         light: &Light,
+        trail: &mut Trail,
         account: &mut Account,
     ) -> f32 {
         let n = line.media[self.material].n;
@@ -70,14 +98,15 @@ impl Chain {
             return mirrored;
         }
         let into = refracted(direction, normal, cos_i, event.cos_t, 1.0 / n);
-        let ray = Inside { origin: entry.point.as_vec3(), direction: into, throughput: inner };
+        let ray =
+            Inside { origin: entry.point.as_vec3(), direction: into, throughput: inner, trail, steps: 0 };
         mirrored + self.internal(ray, line, light, account)
     }
 
     /// What the chain of internal reflections gathers.
     fn internal<P: Throughput<f32>>(
         &self,
-        mut ray: Inside<P>,
+        mut ray: Inside<'_, P>,
         line: &Line,
         light: &Light,
         account: &mut Account,
@@ -108,8 +137,10 @@ impl Chain {
 
     /// Moves a ray to the facet it meets next, fading on the way; returns the facet.
     #[inline]
-    fn advance<P: Throughput<f32>>(&self, ray: &mut Inside<P>, absorption: f32) -> usize {
-        let exit = self.planes.exit(ray.origin, ray.direction);
+    fn advance<P: Throughput<f32>>(&self, ray: &mut Inside<'_, P>, absorption: f32) -> usize {
+        let exit = self.planes.exit_near(ray.origin, ray.direction, ray.trail.guess(ray.steps));
+        ray.trail.note(ray.steps, exit.facet);
+        ray.steps += 1;
         ray.origin += ray.direction * exit.distance;
         if absorption > 0.0 {
             ray.throughput = ray.throughput.scaled((-absorption * exit.distance).exp());
@@ -120,7 +151,7 @@ impl Chain {
     /// What becomes of a ray that would make one event too many.
     fn at_limit<P: Throughput<f32>>(
         &self,
-        mut ray: Inside<P>,
+        mut ray: Inside<'_, P>,
         line: &Line,
         light: &Light,
         account: &mut Account,
@@ -144,4 +175,27 @@ impl Chain {
         };
         light.radiance(out, line) * left
     }
+}
+
+/// For each facet the facets that it shares an edge with, in ascending order.
+fn adjacent(scene: &PreparedScene) -> Vec<Vec<usize>> {
+    let geometry = &scene.geometry;
+    let mut edges = HashMap::new();
+    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
+    for (corners, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+        for k in 0..3 {
+            edges.insert((corners[k], corners[(k + 1) % 3]), facet as usize);
+        }
+    }
+    for (&(from, to), &facet) in &edges {
+        let beyond = edges.get(&(to, from)).copied().unwrap_or(facet);
+        if beyond != facet {
+            adjacent[facet].push(beyond);
+        }
+    }
+    for list in &mut adjacent {
+        list.sort_unstable();
+        list.dedup();
+    }
+    adjacent
 }

@@ -1,13 +1,13 @@
 //! The CPU backend: single precision, the SBVH for any scene and a shorter way for one convex stone.
 
 use crate::{
-    chain::Chain,
+    chain::{Chain, Trail},
     light::Light,
     line::Line,
     schedule::{self, PixelTracer, Work},
     surface::Surfaces,
     throughput::{Polarized, Throughput},
-    tree::{Ray, Stack, Tree},
+    tree::{Ray, Tree},
 };
 use glam::DVec3;
 use spectral_core::{
@@ -93,13 +93,33 @@ struct Kernel {
     scene: Arc<PreparedScene>,
 }
 
+/// What a worker allocates once and uses for every sample.
+pub(crate) struct Scratch<P> {
+    /// Rays of a tree still to be followed.
+    pub stack: Vec<Ray<P>>,
+    /// Where the last wavelength went.
+    pub trail: Trail,
+}
+
+impl<P> Default for Scratch<P> {
+    fn default() -> Self {
+        Scratch { stack: Vec::new(), trail: Trail::default() }
+    }
+}
+
 /// The kernel for one kind of throughput.
 struct Typed<'a, P>(&'a Kernel, PhantomData<fn() -> P>);
 
 impl<P: Throughput<f32>> PixelTracer for Typed<'_, P> {
-    type Scratch = Stack<P>;
+    type Scratch = Scratch<P>;
 
-    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_, Stack<P>>) -> bool {
+    fn sample(
+        &self,
+        at: [f64; 2],
+        sample: u32,
+        radiance: &mut [f64],
+        work: &mut Work<'_, Scratch<P>>,
+    ) -> bool {
         let kernel = self.0;
         let lines = &kernel.lines[sample as usize % kernel.lines.len()];
         let ray = kernel.scene.view.ray(at[0], at[1]);
@@ -135,12 +155,14 @@ impl Kernel {
         ray: &CameraRay,
         lines: &[Line],
         radiance: &mut [f64],
-        work: &mut Work<'_, Stack<P>>,
+        work: &mut Work<'_, Scratch<P>>,
     ) -> bool {
         let Some(entry) = chain.planes.entry(ray.origin, ray.direction) else { return false };
         let direction = ray.direction.as_vec3();
+        let (trail, account) = (&mut work.scratch.trail, &mut work.account);
+        trail.clear();
         for (value, line) in radiance.iter_mut().zip(lines) {
-            let seen = chain.radiance::<P>(&entry, direction, line, &self.light, &mut work.account);
+            let seen = chain.radiance::<P>(&entry, direction, line, &self.light, trail, account);
             *value = f64::from(seen);
         }
         true
@@ -152,7 +174,7 @@ impl Kernel {
         ray: &CameraRay,
         lines: &[Line],
         radiance: &mut [f64],
-        work: &mut Work<'_, Stack<P>>,
+        work: &mut Work<'_, Scratch<P>>,
     ) -> bool {
         let Some(start) = approach(ray, self.scene.geometry.radius) else { return false };
         let (origin, direction) = (start.as_vec3(), ray.direction.as_vec3());

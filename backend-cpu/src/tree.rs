@@ -9,6 +9,7 @@ use crate::{
     schedule::Work,
     surface::{Crossing, Surfaces},
     throughput::Throughput,
+    tracer::Scratch,
 };
 use glam::Vec3;
 use spectral_core::{
@@ -31,15 +32,6 @@ pub(crate) struct Ray<P> {
     pub nest: Nest,
     /// Surface events so far.
     pub depth: u32,
-}
-
-/// Rays of a path still to be followed; a worker's, so that it is allocated once.
-pub(crate) struct Stack<P>(pub Vec<Ray<P>>);
-
-impl<P> Default for Stack<P> {
-    fn default() -> Self {
-        Stack(Vec::new())
-    }
 }
 
 /// The rules of transport over the scene's surfaces.
@@ -75,9 +67,9 @@ impl Tree {
         first: &Crossing,
         line: &Line,
         light: &Light,
-        work: &mut Work<'_, Stack<P>>,
+        work: &mut Work<'_, Scratch<P>>,
     ) -> f32 {
-        let Work { account, scratch: Stack(stack), stop } = work;
+        let Work { account, scratch: Scratch { stack, .. }, stop } = work;
         stack.clear();
         let mut walk = Walk { tree: self, line, light, account, stack, sum: 0.0 };
         let mut next = walk.arrive(ray, first);
