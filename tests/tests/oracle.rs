@@ -4,6 +4,7 @@
 //! share of samples that are off by more than 1 %.
 
 use backend_cpu::{CPU, REFERENCE};
+use gemtrace::scene_file::{LoadedScene, load};
 use gemtrace_tests::{
     compare::Difference,
     light::painted,
@@ -161,4 +162,21 @@ fn metal_beside_and_under_a_stone() {
     let prong = stone(cuboid(DVec3::new(2.6, -0.4, -2.0), DVec3::new(3.4, 0.4, 0.9)), material("gold"));
     let scene = studio(vec![gem("round-brilliant", material("diamond")), floor, prong]);
     both_modes("gold prong in a diamond, above a mirror", &scene, &coarse);
+}
+
+#[test]
+fn the_scenes_that_come_with_the_program() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let files = std::fs::read_dir(&folder).expect("a folder of scenes").map(|f| f.expect("an entry").path());
+    let mut files: Vec<_> = files.filter(|f| f.extension().is_some_and(|e| e == "toml")).collect();
+    files.sort();
+    assert!(!files.is_empty());
+    for file in files {
+        let LoadedScene { scene, settings: own, .. } = load(&file).expect("a valid scene");
+        let scene = Scene { width: 64, height: 64, ..scene };
+        let wavelengths = WavelengthGrid::list(vec![440.0, 550.0, 640.0]).expect("ascending");
+        let threshold = own.threshold.max(1e-3);
+        let settings = RenderSettings { samples: 1, wavelengths, threshold, spectral: true, ..own };
+        agree(&file.display().to_string(), &scene, &settings);
+    }
 }
