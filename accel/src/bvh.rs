@@ -23,7 +23,8 @@ pub struct BuildOptions {
     /// to 4.
     pub budget: f32,
     /// A spatial split is tried where the sides of the best object split overlap by more than this share of
-    /// the root's area (α of Stich et al. 2009, section 4.5); at least 0. Smaller is slower and better.
+    /// the root's area (α of Stich et al. 2009, section 4.5); at least 0. Smaller is slower and better. The
+    /// overlap is the two sides' area beyond that of a clean cut.
     pub overlap: f32,
     /// The share of nodes, from 0 to 1, that `obvhs`'s reinsertion optimiser moves to better places
     /// afterwards. 0 leaves it out.

@@ -198,17 +198,17 @@ pub(crate) fn closest(
             let near = slabs.enter(node);
             let mut inner = [(0.0f32, 0u32); 8];
             let mut count = 0;
-            for child in 0..8 {
-                if near[child] == f32::INFINITY {
+            for (child, &near) in near.iter().enumerate() {
+                if near == f32::INFINITY {
                     continue;
                 }
                 if !node.is_leaf(child) {
                     let mut place = count;
-                    while place > 0 && inner[place - 1].0 < near[child] {
+                    while place > 0 && inner[place - 1].0 < near {
                         inner[place] = inner[place - 1];
                         place -= 1;
                     }
-                    inner[place] = (near[child], node.child_node_index(child));
+                    inner[place] = (near, node.child_node_index(child));
                     count += 1;
                     continue;
                 }

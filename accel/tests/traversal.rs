@@ -114,7 +114,7 @@ fn closest_is_that_of_all_triangles() {
                     assert_eq!(found, bvh.closest_of_all(&ray, |_| true), "{name}, ray {i}: {ray:?}");
                     // As a tracer asks: anything but the triangle it comes from, and facing one way.
                     let own = found.map(|hit| hit.triangle);
-                    let other = |hit: &Hit| Some(hit.triangle) != own && hit.triangle % 3 != 0;
+                    let other = |hit: &Hit| Some(hit.triangle) != own && !hit.triangle.is_multiple_of(3);
                     let second = bvh.closest(&ray, other);
                     assert_eq!(second, bvh.closest_of_all(&ray, other), "{name}, ray {i}: {ray:?}");
                     usize::from(found.is_some())

@@ -20,7 +20,7 @@ pub(crate) struct ObjectSplit {
     /// Half area × references, summed over the two sides.
     pub cost: f32,
     pub kind: Partition,
-    /// Half area of the two sides' common part: the overlap that a spatial split could remove.
+    /// What a spatial split could gain: see [`overlap`].
     pub overlap: f32,
 }
 
@@ -122,7 +122,7 @@ pub(crate) fn find(references: &[Reference], extent: &Extent) -> Option<ObjectSp
             }
             let cost = left.0.half_area() * left.1 as f32 + right.0.half_area() * right.1 as f32;
             if best.is_none_or(|best| cost < best.cost) {
-                let overlap = overlap(left.0, right.0);
+                let overlap = overlap(left.0, right.0, axis);
                 best =
                     Some(ObjectSplit { cost, kind: Partition::Bin { axis, bin: bin as u32, grid }, overlap });
             }
@@ -151,7 +151,7 @@ fn sweep(references: &[Reference]) -> Option<ObjectSplit> {
             left = left.union(sorted[i - 1].bounds());
             let cost = left.half_area() * i as f32 + right[i].half_area() * (n - i) as f32;
             if best.is_none_or(|best| cost < best.cost) {
-                let overlap = overlap(left, right[i]);
+                let overlap = overlap(left, right[i], axis);
                 best = Some(ObjectSplit { cost, kind: Partition::Rank { axis, count: i }, overlap });
             }
         }
@@ -159,11 +159,16 @@ fn sweep(references: &[Reference]) -> Option<ObjectSplit> {
     best
 }
 
-/// Half area of the common part of two boxes. Boxes that meet in a face do not overlap; boxes that are both
-/// flat in one plane do, with the area of their common rectangle.
-fn overlap(a: Bounds, b: Bounds) -> f32 {
-    let common = a.intersection(b);
-    if common.is_empty() { 0.0 } else { common.half_area() }
+/// Area that the sides of a split along `axis` have in excess of what a clean cut would leave them: the half
+/// area of their common part without its face across the axis. The face does not count, since any cut has it;
+/// but boxes that are both flat, in one plane, overlap by their common rectangle.
+fn overlap(left: Bounds, right: Bounds, axis: usize) -> f32 {
+    let common = left.intersection(right);
+    if common.is_empty() {
+        return 0.0;
+    }
+    let extent = common.hi - common.lo;
+    extent[axis] * (extent[(axis + 1) % 3] + extent[(axis + 2) % 3])
 }
 
 /// Sorts by the centroid along an axis, stably.

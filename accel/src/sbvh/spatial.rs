@@ -8,9 +8,6 @@ use super::clip;
 use super::reference::{Extent, Mesh, Reference};
 use crate::bounds::Bounds;
 
-/// Cutting planes are tried between this many bins, fewer in small nodes, where almost every reference reaches
-/// several bins and must be clipped for each.
-const BINS: usize = 16;
 /// What a duplicate is charged less, as a share of the node's area. The heuristic prices each side as if it
 /// were a leaf; but a duplicate's boxes shrink further down, most of all those of slivers. Measured: on slivers
 /// this takes 8 % off the tree's cost at a budget of 2 and 15 % at 2.5, on a soup 7 %.
@@ -35,17 +32,17 @@ struct Side {
 }
 
 #[derive(Clone, Copy)]
-struct Bins {
-    bounds: [Bounds; BINS],
-    enter: [u32; BINS],
-    exit: [u32; BINS],
+struct Bins<const N: usize> {
+    bounds: [Bounds; N],
+    enter: [u32; N],
+    exit: [u32; N],
 }
 
-impl Bins {
-    const EMPTY: Bins = Bins { bounds: [Bounds::EMPTY; BINS], enter: [0; BINS], exit: [0; BINS] };
+impl<const N: usize> Bins<N> {
+    const EMPTY: Self = Bins { bounds: [Bounds::EMPTY; N], enter: [0; N], exit: [0; N] };
 
-    fn merge(mut self, other: &Bins) -> Bins {
-        for bin in 0..BINS {
+    fn merge(mut self, other: &Self) -> Self {
+        for bin in 0..N {
             self.bounds[bin] = self.bounds[bin].union(other.bounds[bin]);
             self.enter[bin] += other.enter[bin];
             self.exit[bin] += other.exit[bin];
@@ -55,21 +52,20 @@ impl Bins {
 }
 
 /// The cutting planes along one axis of a node's box.
-struct Planes {
+struct Planes<const N: usize> {
     axis: usize,
-    count: usize,
     origin: f32,
     step: f32,
     scale: f32,
 }
 
-impl Planes {
+impl<const N: usize> Planes<N> {
     /// `None` where the box is too thin along the axis to cut.
-    fn new(bounds: Bounds, axis: usize, count: usize) -> Option<Planes> {
+    fn new(bounds: Bounds, axis: usize) -> Option<Self> {
         let (origin, extent) = (bounds.lo[axis], bounds.hi[axis] - bounds.lo[axis]);
-        let (step, scale) = (extent / count as f32, count as f32 / extent);
-        let planes = Planes { axis, count, origin, step, scale };
-        let distinct = origin < planes.position(1) && planes.position(count - 1) < bounds.hi[axis];
+        let (step, scale) = (extent / N as f32, N as f32 / extent);
+        let planes = Planes { axis, origin, step, scale };
+        let distinct = origin < planes.position(1) && planes.position(N - 1) < bounds.hi[axis];
         (distinct && scale.is_finite()).then_some(planes)
     }
 
@@ -80,11 +76,11 @@ impl Planes {
 
     fn bin(&self, value: f32) -> usize {
         // `as` saturates below at 0.
-        (((value - self.origin) * self.scale) as usize).min(self.count - 1)
+        (((value - self.origin) * self.scale) as usize).min(N - 1)
     }
 
     /// Chopped binning: a reference's part in each bin that it reaches.
-    fn add(&self, bins: &mut Bins, bounds: Bounds, corners: impl FnOnce() -> [Vec4; 3]) {
+    fn add(&self, bins: &mut Bins<N>, bounds: Bounds, corners: impl FnOnce() -> [Vec4; 3]) {
         let first = self.bin(bounds.lo[self.axis]);
         let last = self.bin(bounds.hi[self.axis]).max(first);
         bins.enter[first] += 1;
@@ -94,7 +90,7 @@ impl Planes {
             return;
         }
         let corners = corners();
-        let mut parts = [Bounds::EMPTY; BINS];
+        let mut parts = [Bounds::EMPTY; N];
         let values = corners.map(|corner| corner[self.axis]);
         let places = values.map(|value| self.bin(value));
         for (from, to) in [(0, 1), (1, 2), (2, 0)] {
@@ -109,29 +105,37 @@ impl Planes {
                 parts[bin + 1] = parts[bin + 1].with_point(point);
             }
         }
-        for bin in first..=last {
-            let part = clip::within(parts[bin], bounds);
-            bins.bounds[bin] = bins.bounds[bin].union(part);
+        for (whole, part) in bins.bounds[first..=last].iter_mut().zip(&parts[first..=last]) {
+            *whole = whole.union(clip::within(*part, bounds));
         }
     }
 }
 
-/// The cheapest cut that duplicates at most `spare` references, or `None`.
+/// The cheapest cut that duplicates at most `spare` references, or `None`. Small nodes get few bins: almost
+/// every reference reaches several and must be clipped for each.
 pub(crate) fn find(
     references: &[Reference],
     extent: &Extent,
     mesh: &Mesh,
     spare: usize,
 ) -> Option<SpatialSplit> {
-    let count = match references.len() {
-        0..=32 => 4,
-        33..=1024 => 8,
-        _ => BINS,
-    };
+    match references.len() {
+        0..=32 => find_among::<4>(references, extent, mesh, spare),
+        33..=1024 => find_among::<8>(references, extent, mesh, spare),
+        _ => find_among::<16>(references, extent, mesh, spare),
+    }
+}
+
+fn find_among<const N: usize>(
+    references: &[Reference],
+    extent: &Extent,
+    mesh: &Mesh,
+    spare: usize,
+) -> Option<SpatialSplit> {
     let mut best: Option<SpatialSplit> = None;
-    let planes = [0, 1, 2].map(|axis| Planes::new(extent.bounds, axis, count));
+    let planes = [0, 1, 2].map(|axis| Planes::<N>::new(extent.bounds, axis));
     let fill = |references: &[Reference]| {
-        let mut bins = [Bins::EMPTY; 3];
+        let mut bins = [Bins::<N>::EMPTY; 3];
         for reference in references {
             // Fetched only where it must be cut: the corners are far apart in memory.
             let mut corners = None;
@@ -149,20 +153,20 @@ pub(crate) fn find(
         references
             .par_chunks(PIECE)
             .map(fill)
-            .reduce(|| [Bins::EMPTY; 3], |[x, y, z], [a, b, c]| [x.merge(&a), y.merge(&b), z.merge(&c)])
+            .reduce(|| [Bins::<N>::EMPTY; 3], |[x, y, z], [a, b, c]| [x.merge(&a), y.merge(&b), z.merge(&c)])
     } else {
         fill(references)
     };
     for axis in 0..3 {
         let (Some(planes), bins) = (&planes[axis], &bins[axis]) else { continue };
-        let mut right = [Side { bounds: Bounds::EMPTY, count: 0 }; BINS];
+        let mut right = [Side { bounds: Bounds::EMPTY, count: 0 }; N];
         let mut sum = right[0];
-        for bin in (1..count).rev() {
+        for bin in (1..N).rev() {
             sum = Side { bounds: sum.bounds.union(bins.bounds[bin]), count: sum.count + bins.exit[bin] };
             right[bin] = sum;
         }
         let mut left = Side { bounds: Bounds::EMPTY, count: 0 };
-        for bin in 1..count {
+        for bin in 1..N {
             left = Side {
                 bounds: left.bounds.union(bins.bounds[bin - 1]),
                 count: left.count + bins.enter[bin - 1],
