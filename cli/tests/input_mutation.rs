@@ -1,9 +1,11 @@
-//! No panic, and no absurd appetite, on 100 000 mutated scene, cut and mesh files: each goes as far as it
+//! No panic, and no absurd appetite, on 100 000 mutated scene, cut, mesh and environment files: each goes as far as it
 //! gets on its way to a prepared scene.
 
+use exr::prelude::{Encoding, Image, Layer, LayerAttributes, SpecificChannels, Vec2, WritableImage};
 use gemtrace::{import, scene_file};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Stone;
+use std::io::Cursor;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -191,6 +193,27 @@ const TETRAHEDRON_PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty
     property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n\
     0 0 0\n1 0 0\n0 1.5 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n";
 
+/// A small gradient as EXR, HDR and PNG.
+fn pictures() -> [Seed; 3] {
+    let (width, height) = (16, 8);
+    let value = |x: usize, y: usize| (x as f32 / 16.0, y as f32, 0.5);
+    let mut exr = Cursor::new(Vec::new());
+    let channels = SpecificChannels::rgb(|at: Vec2<usize>| value(at.0, at.1));
+    let layer = Layer::new((width, height), LayerAttributes::default(), Encoding::SMALL_LOSSLESS, channels);
+    Image::from_layer(layer).write().to_buffered(&mut exr).expect("an EXR");
+    let texels: Vec<image::Rgb<f32>> = (0..width * height)
+        .map(|i| value(i % width, i / width))
+        .map(|(r, g, b)| image::Rgb([r, g, b]))
+        .collect();
+    let mut hdr = Vec::new();
+    image::codecs::hdr::HdrEncoder::new(&mut hdr).encode(&texels, width, height).expect("an HDR");
+    let mut png = Cursor::new(Vec::new());
+    let image = image::RgbImage::from_fn(16, 8, |x, y| image::Rgb([x as u8 * 16, y as u8 * 32, 128]));
+    image.write_to(&mut png, image::ImageFormat::Png).expect("a PNG");
+    let seed = |name, bytes| Seed { name, bytes };
+    [seed("e.exr", exr.into_inner()), seed("e.hdr", hdr), seed("e.png", png.into_inner())]
+}
+
 fn seeds() -> Vec<Seed> {
     let corners = [[0.0f32, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let faces = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
@@ -216,7 +239,7 @@ fn seeds() -> Vec<Seed> {
     }
     text += "endsolid t\n";
     let seed = |name, bytes: &[u8]| Seed { name, bytes: bytes.to_vec() };
-    vec![
+    let mut all = vec![
         seed("scene.toml", SCENE.as_bytes()),
         seed("box.asc", BOX_CUT.as_bytes()),
         seed("step.asc", include_bytes!("../../spectral-core/data/cuts/emerald_step_49.asc")),
@@ -227,7 +250,9 @@ fn seeds() -> Vec<Seed> {
         seed("t.stl", text.as_bytes()),
         seed("t.ply", &ply),
         seed("t.ply", TETRAHEDRON_PLY.as_bytes()),
-    ]
+    ];
+    all.extend(pictures());
+    all
 }
 
 /// As far as the bytes get; whether they make a scene.
@@ -237,6 +262,9 @@ fn attempt(name: &str, bytes: &[u8], frame: &Frame) -> bool {
         let text = String::from_utf8_lossy(bytes);
         let Ok(loaded) = scene_file::parse(&text, path, frame.folder.path()) else { return false };
         return PreparedScene::new(&loaded.scene, &loaded.settings).is_ok();
+    }
+    if name.starts_with("e.") {
+        return import::environment::read(path, bytes).is_ok();
     }
     let solid = match import::cut::Format::of(path) {
         Some(_) => import::cut::solid(path, bytes),
