@@ -24,7 +24,7 @@ pub enum Error {
         /// What is wrong there and what would be right.
         message: String,
     },
-    /// A figure or a name that the core refuses, where no file is to blame (the command line's own).
+    /// What the core refuses where no file is to blame, such as a figure of the command line, and devices that fail.
     #[error(transparent)]
     Core(#[from] spectral_core::Error),
     /// A device that cannot be opened or that failed while rendering.
@@ -70,7 +70,7 @@ impl Error {
     /// ```
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Render { .. } => 1,
+            Error::Render { .. } | Error::Core(spectral_core::Error::Device { .. }) => 1,
             Error::Usage(_) => 2,
             Error::File { .. } | Error::Scene { .. } | Error::Core(_) => 3,
             Error::Output { .. } => 4,
@@ -97,10 +97,11 @@ mod tests {
             Error::Render { device: "cpu".into(), message: String::new() },
             Error::Usage(String::new()),
             Error::Core(core),
+            Error::Core(spectral_core::Error::Device { device: "cpu".into(), message: String::new() }),
             Error::output("x.png", ""),
             Error::Interrupted,
         ]
         .map(|e| e.exit_code());
-        assert_eq!(codes, [1, 2, 3, 4, 130]);
+        assert_eq!(codes, [1, 2, 3, 1, 4, 130]);
     }
 }

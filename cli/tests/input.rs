@@ -285,7 +285,10 @@ fn wrong_types_and_values_name_line_key_value_and_what_would_do() {
             "line 6: wavelengths[1]: 400 is not valid; a list must ascend",
         ),
         ("[render]\nthreshold = 1", "line 6: threshold: 1 is not valid; a throughput from 0"),
-        ("[environment]\nilluminant = \"D50\"", "line 6: unknown illuminant 'D50'; valid: D65, A, E, or the name of a table file"),
+        (
+            "[environment]\nilluminant = \"D50\"",
+            "line 6: unknown illuminant 'D50'; valid: D65, A, E, or the name of a table file",
+        ),
         (
             "[environment]\npreset = \"sudio\"",
             "line 6: unknown environment preset 'sudio'; did you mean 'studio'?",
