@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")"
 
 if ! command -v cargo >/dev/null 2>&1; then
-  echo "test.sh: cargo was not found; install Rust 1.90 or later (https://rustup.rs)" >&2
+  echo "test.sh: cargo was not found; install Rust 1.95 or later (https://rustup.rs)" >&2
   exit 1
 fi
 # Build scripts and linking want a C toolchain, which a bare container lacks.

@@ -123,7 +123,12 @@ pub fn main(cli: &Cli, out: &mut dyn Write, log: &mut dyn Write, interrupt: &Int
     failure.map_or(0, |error| error.exit_code())
 }
 
-fn print(cli: &Cli, report: Option<Report>, failure: Option<&Error>, out: &mut dyn Write) -> Result<(), Error> {
+fn print(
+    cli: &Cli,
+    report: Option<Report>,
+    failure: Option<&Error>,
+    out: &mut dyn Write,
+) -> Result<(), Error> {
     let text = if cli.json {
         let mut object = report.map_or(json!({}), |r| r.json);
         if let Some(error) = failure {
