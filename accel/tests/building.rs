@@ -46,6 +46,7 @@ fn costs_less(name: &str, mesh: &Mesh) {
 #[test]
 fn slivers_cost_less_than_with_pre_splitting() {
     let count = if cfg!(debug_assertions) { 6_000 } else { 60_000 };
+    costs_less("few slivers", &testing::slivers(3_000, 1e-3, 3));
     costs_less("slivers", &testing::slivers(count, 1e-3, 1));
     costs_less("thin slivers", &testing::slivers(count, 1e-6, 2));
     costs_less("slanted cylinder", &testing::slanted_cylinder(count as u32 / 2));
