@@ -4,6 +4,7 @@
 //! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
 
 pub mod compare;
+pub mod gallery;
 pub mod light;
 pub mod render;
 pub mod scene;

@@ -104,14 +104,15 @@ pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
     geometry.stone_of_rank.iter().map(|&stone| geometry.stones[stone as usize].material).collect()
 }
 
-/// All tables' lines one after another: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
+/// All tables' lines one after another, their light times `gain`: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
 /// blue, –), its weights (X, Y, Z, –), then each material's (n, k, absorption, –).
-pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
-    scene.tables.iter().flat_map(|table| (0..table.wavelengths.len()).flat_map(|i| line(table, i))).collect()
+pub fn optics(scene: &PreparedScene, gain: f32) -> Vec<[f32; 4]> {
+    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i, gain));
+    scene.tables.iter().flat_map(lines).collect()
 }
 
-fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
-    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32);
+fn line(table: &SpectralTable, index: usize, gain: f32) -> Vec<[f32; 4]> {
+    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32 * gain);
     let [x, y, z] = table.response[index].map(|w| w as f32);
     let mut vectors = vec![[white, cyan, magenta, yellow], [red, green, blue, 0.0], [x, y, z, 0.0]];
     vectors.extend(table.media.iter().map(|medium| {
