@@ -124,9 +124,9 @@ fn slabs_new(query: Query) -> Slabs {
     let d = query.direction / largest;
     let steep = min(1.0 / max(abs(d), vec3(1e-30)), vec3(STEEPEST));
     let inverse = select(steep, -steep, d < vec3(0.0));
-    let origin = query.origin * BUILDER_SCALE;
+    let origin = query.origin * scene.builder_scale;
     let reach = max(abs(origin.x), max(abs(origin.y), abs(origin.z))) + 1.0;
-    return Slabs(origin, inverse, steep * (WIDENING * reach), largest * BUILDER_SCALE);
+    return Slabs(origin, inverse, steep * (WIDENING * reach), largest * scene.builder_scale);
 }
 
 // Entry and exit distances of four children along one axis, folded into those of the axes before.

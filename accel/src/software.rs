@@ -31,20 +31,23 @@ pub const NODE_BYTES: usize = size_of::<obvhs::cwbvh::node::CwBvhNode>();
 impl Bvh {
     /// The WGSL text of the constants of [`INTERSECT`] for this hierarchy.
     pub fn wgsl_constants(&self) -> String {
-        let number = |value: f32| format!("{:?}", f64::from(value));
         format!(
-            "const WIDENING: f32 = {};\nconst STEEPEST: f32 = {};\nconst BUILDER_SCALE: f32 = {};\n\
-             const TRAVERSAL_STACK: u32 = {};\n",
-            number(traverse::WIDENING),
-            number(traverse::STEEPEST as f32),
-            number(self.scale),
+            "const WIDENING: f32 = {:?};\nconst STEEPEST: f32 = {:?};\nconst TRAVERSAL_STACK: u32 = {};\n",
+            f64::from(traverse::WIDENING),
+            traverse::STEEPEST,
             self.most_waiting(),
         )
     }
 
+    /// Units of the nodes' boxes per unit of the mesh: a power of two.
+    pub fn builder_scale(&self) -> f32 {
+        self.scale
+    }
+
     /// The most nodes that wait during a traversal: on each level seven siblings of the one that is visited.
+    /// Rounded up, so that scenes share compiled shaders.
     fn most_waiting(&self) -> usize {
-        7 * self.stats().depth + 2
+        (7 * self.stats().depth + 2).next_multiple_of(32)
     }
 
     /// All nodes, [`NODE_BYTES`] each, the root first. Empty for an empty mesh.

@@ -13,6 +13,8 @@ use std::time::{Duration, Instant};
 
 /// A dispatch that has not ended after this long hangs: the slowest device that is any use ends it in a hundredth.
 const DEADLINE: Duration = Duration::from_secs(20);
+/// The first dispatch may wait for the driver to compile: software drivers take half a minute of a busy processor.
+const COMPILE_DEADLINE: Duration = Duration::from_secs(600);
 /// How long the host waits before it looks after its caller.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
@@ -75,6 +77,32 @@ impl Batch {
         Ok(Batch { samples, lines, work, gathering, primaries, seen, radiances, spectral, readback, trace, gather })
     }
 
+    /// A dispatch of nothing, so that a driver that compiles late does it now and not in a dispatch that is timed.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn warm_up(&self, gpu: &Gpu, kernel: &Kernel) -> Result<(), Error> {
+        gpu.queue.write_buffer(&self.work, 0, bytes_of(&Work::default()));
+        gpu.queue.write_buffer(&self.gathering, 0, bytes_of(&Gathering::default()));
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        self.encode(kernel, &mut encoder, [1, 1]);
+        gpu.queue.submit([encoder.finish()]);
+        wait(gpu, COMPILE_DEADLINE, &mut || {})
+    }
+
+    /// Both entry points over so many invocations.
+    fn encode(&self, kernel: &Kernel, encoder: &mut wgpu::CommandEncoder, [items, samples]: [u32; 2]) {
+        for (stage, own, count) in
+            [(&kernel.trace, &self.trace, items), (&kernel.gather, &self.gather, samples)]
+        {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&stage.pipeline);
+            pass.set_bind_group(0, &stage.scene, &[]);
+            pass.set_bind_group(1, own, &[]);
+            pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
+        }
+    }
+
     /// Uploads camera rays, at most [`Batch::samples`] of them.
     pub fn begin(&self, gpu: &Gpu, rays: &[Primary]) {
         gpu.queue.write_buffer(&self.primaries, 0, cast_slice(rays));
@@ -101,15 +129,7 @@ impl Batch {
         let work = Work { items, budget, resume: u32::from(resume), padding: 0 };
         gpu.queue.write_buffer(&self.work, 0, bytes_of(&work));
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for (stage, own, count) in
-            [(&kernel.trace, &self.trace, items), (&kernel.gather, &self.gather, samples)]
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&stage.pipeline);
-            pass.set_bind_group(0, &stage.scene, &[]);
-            pass.set_bind_group(1, own, &[]);
-            pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
-        }
+        self.encode(kernel, &mut encoder, [items, samples]);
         let [seen, radiances] = self.read_bytes(samples);
         encoder.copy_buffer_to_buffer(&self.seen, 0, &self.readback, 0, seen);
         if radiances > 0 {
@@ -133,7 +153,7 @@ impl Batch {
             // The receiver is gone only when the host has given up.
             let _ = sender.send(result);
         });
-        wait(gpu, beat)?;
+        wait(gpu, DEADLINE, beat)?;
         gpu.check()?;
         match receiver.try_recv() {
             Ok(Ok(())) => {}
@@ -151,7 +171,7 @@ impl Batch {
 }
 
 /// Waits until the device is idle.
-fn wait(gpu: &Gpu, beat: &mut dyn FnMut()) -> Result<(), Error> {
+fn wait(gpu: &Gpu, deadline: Duration, beat: &mut dyn FnMut()) -> Result<(), Error> {
     let start = Instant::now();
     loop {
         match gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(HEARTBEAT) }) {
@@ -161,8 +181,8 @@ fn wait(gpu: &Gpu, beat: &mut dyn FnMut()) -> Result<(), Error> {
         }
         beat();
         gpu.check()?;
-        if start.elapsed() > DEADLINE {
-            let message = format!("the kernel has not ended after {} seconds", DEADLINE.as_secs());
+        if start.elapsed() > deadline {
+            let message = format!("the kernel has not ended after {} seconds", deadline.as_secs());
             return Err(gpu.error(message));
         }
     }

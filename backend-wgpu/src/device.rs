@@ -9,17 +9,25 @@ const STORAGE_BUFFERS: u32 = 8;
 /// Invocations a workgroup: a multiple of every subgroup size in use.
 pub(crate) const WORKGROUP: u32 = 64;
 
-/// The adapters of this machine that can run the kernel: hardware first, OpenGL last. Empty where there is no
-/// driver, which is no error.
+/// The adapters of this machine that can run the kernel: hardware first; OpenGL last, and only for devices that no
+/// other API offers. Empty where there is no driver, which is no error.
 pub fn adapters() -> Vec<wgpu::Adapter> {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let mut adapters = block_on(instance.enumerate_adapters(wgpu::Backends::all()));
     adapters.retain(able);
+    let infos: Vec<_> = adapters.iter().map(wgpu::Adapter::get_info).collect();
+    let mut through_gl = infos.iter().map(|info| info.backend == wgpu::Backend::Gl && twice(info, &infos));
+    adapters.retain(|_| !through_gl.next().unwrap_or_default());
     adapters.sort_by_key(|adapter| {
         let info = adapter.get_info();
         (info.device_type == wgpu::DeviceType::Cpu, info.backend == wgpu::Backend::Gl)
     });
     adapters
+}
+
+/// Whether another API offers the same device; OpenGL likes to append to its name.
+fn twice(info: &wgpu::AdapterInfo, all: &[wgpu::AdapterInfo]) -> bool {
+    all.iter().any(|other| other.backend != wgpu::Backend::Gl && info.name.starts_with(&other.name))
 }
 
 fn able(adapter: &wgpu::Adapter) -> bool {

@@ -30,6 +30,7 @@ struct Intersection {
     text: String,
     /// Nodes and triangles.
     hierarchy: Option<[wgpu::Buffer; 2]>,
+    builder_scale: f32,
 }
 
 impl Kernel {
@@ -44,7 +45,7 @@ impl Kernel {
             size_of::<spectral_core::kernel::block::Scene>() as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         )?;
-        gpu.queue.write_buffer(&block, 0, bytes_of(&pack::scene(scene)));
+        gpu.queue.write_buffer(&block, 0, bytes_of(&pack::scene(scene, intersection.builder_scale)));
         let optics = pack::optics(scene, light.gain);
         let optics = gpu.filled("the optics of all wavelengths", cast_slice(&optics))?;
         let planes = gpu.filled("the facet planes", cast_slice(&pack::planes(&scene.geometry)))?;
@@ -76,14 +77,14 @@ fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEn
 impl Intersection {
     fn new(gpu: &Gpu, scene: &PreparedScene) -> Result<Self, Error> {
         if scene.geometry.stones.is_empty() || scene.lone_convex_stone().is_some() {
-            return Ok(Intersection { text: INTERSECT_PLANES.to_owned(), hierarchy: None });
+            return Ok(Intersection { text: INTERSECT_PLANES.to_owned(), hierarchy: None, builder_scale: 1.0 });
         }
         let bvh = hierarchy(&scene.geometry).map_err(|e| gpu.error(e.to_string()))?;
         let triangles = bvh.triangle_blocks(|number| scene.geometry.facet_of[number as usize]);
         let nodes = gpu.filled("the hierarchy's nodes", bvh.node_bytes())?;
         let triangles = gpu.filled("the triangles", cast_slice(&triangles))?;
         let text = bvh.wgsl_constants() + software::INTERSECT;
-        Ok(Intersection { text, hierarchy: Some([nodes, triangles]) })
+        Ok(Intersection { text, hierarchy: Some([nodes, triangles]), builder_scale: bvh.builder_scale() })
     }
 }
 

@@ -42,6 +42,7 @@ pub(crate) fn open(
     if most == 0 {
         return Err(gpu.error(format!("the paths of {lines} wavelengths do not fit in this device's buffers")));
     }
+    Batch::new(&gpu, &kernel, 1, lines, scene.settings.spectral)?.warm_up(&gpu, &kernel)?;
     let tile = options.tile.map_or(u32::MAX, |edge| edge.clamp(1, 1024).pow(2));
     Ok(Box::new(WgpuTracer {
         device: device.clone(),

@@ -76,12 +76,13 @@ pub struct Form {
 /// ```
 /// use spectral_core::{kernel::stack_places, settings::RenderSettings};
 /// assert_eq!(stack_places(&RenderSettings { threshold: 1e-4, ..RenderSettings::default() }), 16);
-/// assert_eq!(stack_places(&RenderSettings { max_depth: 3, ..RenderSettings::default() }), 4);
+/// assert_eq!(stack_places(&RenderSettings { max_depth: 3, ..RenderSettings::default() }), 8);
 /// ```
 pub fn stack_places(settings: &RenderSettings) -> u32 {
     let halvings = if settings.threshold > 0.0 { -settings.threshold.log2() } else { f64::INFINITY };
     let by_threshold = (halvings.ceil() + 2.0).min(32.0) as u32;
-    by_threshold.min(settings.max_depth + 1)
+    // Rounded up, so that scenes share compiled shaders.
+    by_threshold.min(settings.max_depth + 1).next_multiple_of(8)
 }
 
 impl Form {
@@ -98,6 +99,7 @@ impl Form {
         add("MOST_CROSSINGS", "u32", Rounding::MOST_CROSSINGS.to_string());
         add("PARALLEL", "f32", wgsl(Rounding::PARALLEL));
         add("GRAZING", "f32", wgsl(Rounding::GRAZING));
+        add("RESCUES", "u32", (6 * Rounding::RESCUE.len()).to_string());
         add("RESCUE_NEAR", "f32", wgsl(Rounding::RESCUE[0]));
         add("RESCUE_FAR", "f32", wgsl(Rounding::RESCUE[1]));
         add("LINE_VECTORS", "u32", LINE_VECTORS.to_string());

@@ -69,7 +69,7 @@ fn structures_lie_as_their_twins() {
             &trace,
             Scene {
                 light, turn, margin, behind, contact, threshold, eye_nest, max_depth, lines, materials, image,
-                leave_at_limit, transparent
+                leave_at_limit, transparent, builder_scale
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });

@@ -32,8 +32,10 @@ pub struct Scene {
     pub leave_at_limit: u32,
     /// 1 where nothing is seen past the stones.
     pub transparent: u32,
+    /// Units of the hierarchy's builder per mm, where `intersect` has one.
+    pub builder_scale: f32,
     /// Nothing.
-    pub padding: [u32; 3],
+    pub padding: [u32; 2],
 }
 
 /// A facet plane (`surface.wgsl`).

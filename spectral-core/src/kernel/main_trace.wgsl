@@ -26,14 +26,11 @@ fn stack_load(item: u32, place: u32) -> Ray {
 }
 
 // A walk before its first surface.
-fn walk_begin(primary: Primary, line: Line) -> Walk {
+fn walk_begin(primary: Primary) -> Walk {
     let throughput = throughput_eye(primary.direction);
     let ray = Ray(primary.origin, 0u, primary.direction, throughput, scene.eye_nest);
-    var walk = Walk(ray, 0.0, Account(0u, 0.0, 0.0, 0.0, 0.0), 0u, WALK_GOING, 0u);
-    if primary.near == 0u {
-        walk_pass_by(&walk, primary.direction, line);
-    }
-    return walk;
+    let state = select(WALK_PASSING, WALK_GOING, primary.near != 0u);
+    return Walk(ray, 0.0, Account(0u, 0.0, 0.0, 0.0, 0.0), 0u, state, 0u);
 }
 
 @compute @workgroup_size(WORKGROUP)
@@ -46,11 +43,11 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
     let line = line_at(primary.first_line + item % scene.lines);
     var walk: Walk;
     if work.resume == 0u {
-        walk = walk_begin(primary, line);
+        walk = walk_begin(primary);
     } else {
         walk = walks[item];
     }
-    for (var i = 0u; i < work.budget && walk.state == WALK_GOING; i++) {
+    for (var i = 0u; i < work.budget && walk.state != WALK_OVER; i++) {
         walk_go_on(&walk, item, line);
     }
     walks[item] = walk;

@@ -58,8 +58,9 @@ pub fn check(scene: &PreparedScene) -> Result<(), Error> {
     Ok(())
 }
 
-/// The block that is the same for every ray.
-pub fn scene(scene: &PreparedScene) -> Scene {
+/// The block that is the same for every ray. `builder_scale`: units of the hierarchy's builder per mm, where
+/// `intersect` has one.
+pub fn scene(scene: &PreparedScene, builder_scale: f32) -> Scene {
     let rounding = scene.geometry.rounding();
     let (light, image) = match &scene.environment.source {
         Source::Uniform(rgb) => (rgb.map(|c| c as f32), 0),
@@ -80,7 +81,8 @@ pub fn scene(scene: &PreparedScene) -> Scene {
         image,
         leave_at_limit: u32::from(settings.leftover == Leftover::Exit),
         transparent: u32::from(scene.background == Background::Transparent),
-        padding: [0; 3],
+        builder_scale,
+        padding: [0; 2],
     }
 }
 

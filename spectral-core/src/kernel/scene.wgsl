@@ -21,6 +21,8 @@ struct Scene {
     image: u32,
     leave_at_limit: u32,
     transparent: u32,
+    // Units of the hierarchy's builder per mm, where `intersect` has one.
+    builder_scale: f32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

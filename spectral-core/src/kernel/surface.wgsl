@@ -91,25 +91,6 @@ fn plane_parameter(facet: u32, origin: vec3<f32>, direction: vec3<f32>, low: f32
     return clamp((plane.offset - dot(plane.normal, origin)) / towards, low, high);
 }
 
-// The nearest surface that a ray can cross.
-//
-// A ray inside a stone always meets one, but one reflected within rounding of an edge can start outside and run
-// past the corner: then it is cast again from points a few margins to each side.
-fn surfaces_cast(origin: vec3<f32>, direction: vec3<f32>, nest: Nest) -> Hit {
-    var query = Query(origin, direction, -scene.behind, LARGEST, nest, false, vec3(0.0), Nest(0u));
-    var hit = intersect(query);
-    if hit.found || nest_is_empty(nest) {
-        return hit;
-    }
-    for (var attempt = 0u; attempt < 12u && !hit.found; attempt++) {
-        var aside = vec3(0.0);
-        aside[(attempt % 6u) >> 1u] = select(1.0, -1.0, (attempt & 1u) == 1u);
-        query.origin = origin + aside * (select(RESCUE_NEAR, RESCUE_FAR, attempt >= 6u) * scene.margin);
-        hit = intersect(query);
-    }
-    return hit;
-}
-
 // Distance to the exact plane; the triangle's own where the ray is too nearly parallel to say.
 fn surface_distance(hit: Hit, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let plane = planes[hit.facet];
@@ -120,46 +101,53 @@ fn surface_distance(hit: Hit, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     return max(select(hit.t, exact, abs(exact - hit.t) <= slack), 0.0);
 }
 
-// The nest after crossing `first` and every face of another stone that lies on it.
-fn surfaces_with_contacts(
-    origin: vec3<f32>,
-    direction: vec3<f32>,
-    distance: f32,
-    first: u32,
-    nest: Nest,
-) -> Nest {
-    let plane = planes[first];
-    var after = nest_toggled(nest, plane.rank);
-    if !CONTACTS {
-        return after;
-    }
-    let window = scene.contact / max(abs(dot(plane.normal, direction)), GRAZING);
-    let crossed = nest_toggled(Nest(0u), plane.rank);
-    var query =
-        Query(origin, direction, distance - window, distance + window, after, true, plane.normal, crossed);
-    for (var i = 1u; i < NEST_CAPACITY; i++) {
-        let hit = intersect(query);
-        if !hit.found {
-            break;
-        }
-        let rank = planes[hit.facet].rank;
-        query.crossed = nest_toggled(query.crossed, rank);
-        query.nest = nest_toggled(query.nest, rank);
-    }
-    return query.nest;
+// Where a ray that misses a stone it is in is cast from, at its n-th attempt: a few margins to each side.
+//
+// A ray inside a stone always meets a surface, but one reflected within rounding of an edge can start outside and
+// run past the corner. From beside it does meet the face it should leave by.
+fn rescue_origin(origin: vec3<f32>, attempt: u32) -> vec3<f32> {
+    var aside = vec3(0.0);
+    aside[(attempt % 6u) >> 1u] = select(1.0, -1.0, (attempt & 1u) == 1u);
+    return origin + aside * (select(RESCUE_NEAR, RESCUE_FAR, attempt >= 6u) * scene.margin);
 }
 
-// The nearest surface that the ray can cross, with all that are in contact with it.
+// The nearest surface that a ray can cross, with every face of another stone that lies on it.
+//
+// One loop asks all questions, so that `intersect`, which is long, stands in the program once: first for the surface,
+// again from beside where it must exist and is missed, then for contacts until there are no more.
 fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest) -> Crossing {
-    let hit = surfaces_cast(origin, direction, nest);
-    if !hit.found {
-        return Crossing(false, 0.0, vec3(0.0), nest, nest);
+    var query = Query(origin, direction, -scene.behind, LARGEST, nest, false, vec3(0.0), Nest(0u));
+    var crossing = Crossing(false, 0.0, vec3(0.0), nest, nest);
+    var crossed = 0u;
+    for (var asked = 0u; asked < RESCUES + NEST_CAPACITY; asked++) {
+        let hit = intersect(query);
+        if hit.found {
+            let plane = planes[hit.facet];
+            if !crossing.found {
+                crossing.found = true;
+                crossing.distance = surface_distance(hit, origin, direction);
+                crossing.normal = select(plane.normal, -plane.normal, dot(plane.normal, direction) > 0.0);
+                let window = scene.contact / max(abs(dot(plane.normal, direction)), GRAZING);
+                query.origin = origin;
+                query.t_min = crossing.distance - window;
+                query.t_max = crossing.distance + window;
+                query.contact = true;
+                query.normal = plane.normal;
+            }
+            query.nest = nest_toggled(query.nest, plane.rank);
+            query.crossed = nest_toggled(query.crossed, plane.rank);
+            crossed++;
+            if !CONTACTS || crossed == NEST_CAPACITY {
+                break;
+            }
+        } else if crossing.found || nest_is_empty(nest) || asked >= RESCUES {
+            break;
+        } else {
+            query.origin = rescue_origin(origin, asked);
+        }
     }
-    let distance = surface_distance(hit, origin, direction);
-    let after = surfaces_with_contacts(origin, direction, distance, hit.facet, nest);
-    let outward = planes[hit.facet].normal;
-    let normal = select(outward, -outward, dot(outward, direction) > 0.0);
-    return Crossing(true, distance, normal, nest, after);
+    crossing.after = query.nest;
+    return crossing;
 }
 
 // What tells two media apart: the material's index plus one, or 0 for air.

@@ -8,15 +8,22 @@
 
 const AIR = Medium(1.0, 0.0, 0.0);
 
-// A ray that may be absent.
-struct Child {
-    ray: Ray,
-    goes_on: bool,
-}
-
 struct Interface {
     event: Fresnel,
     cos_i: f32,
+}
+
+// What a step leaves to do: light that reaches the eye, and the ray to go on with. Collected, so that what is long
+// (the look-up of light, the stack) stands in the program once and is done by all invocations together.
+struct Outcome {
+    // Weight of the radiance from a direction; 0 for none.
+    weight: f32,
+    direction: vec3<f32>,
+    goes_on: bool,
+    ray: Ray,
+    // A ray for the stack.
+    waits: bool,
+    waiting: Ray,
 }
 
 fn interface_at(direction: vec3<f32>, normal: vec3<f32>, here: Medium, beyond: Medium) -> Interface {
@@ -34,172 +41,148 @@ fn tree_medium(nest: Nest, line: Line) -> Medium {
     return line_medium(line, material_of_rank[nest_top(nest) - 1u]);
 }
 
-fn walk_leave(walk: ptr<function, Walk>, throughput: Throughput, direction: vec3<f32>, line: Line) {
-    (*walk).sum += light_radiance(direction, line) * throughput_intensity(throughput);
-}
-
-// Follows the walk's ray to its next surface.
+// Follows the walk's ray to its next surface, or out into the light.
 fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line) {
     let ray = (*walk).ray;
-    let crossing = surfaces_next(ray.origin, ray.direction, ray.nest);
+    var crossing = Crossing(false, 0.0, vec3(0.0), ray.nest, ray.nest);
+    if (*walk).state == WALK_GOING {
+        crossing = surfaces_next(ray.origin, ray.direction, ray.nest);
+    }
+    (*walk).account.rays++;
+    var outcome = Outcome(0.0, ray.direction, false, ray, false, ray);
     if crossing.found {
         (*walk).covered = 1u;
-        walk_arrive(walk, item, crossing, line);
-    } else if (*walk).covered == 0u {
-        walk_pass_by(walk, ray.direction, line);
+        walk_arrive(walk, crossing, line, &outcome);
+    } else if (*walk).covered == 0u && scene.transparent != 0u {
+        (*walk).account.rays = 0u;
     } else {
-        (*walk).account.rays++;
-        if !nest_is_empty(ray.nest) {
-            (*walk).account.lost += throughput_intensity(ray.throughput);
+        outcome.weight = throughput_intensity(ray.throughput);
+        if (*walk).covered != 0u && !nest_is_empty(ray.nest) {
+            (*walk).account.lost += outcome.weight;
         }
-        walk_leave(walk, ray.throughput, ray.direction, line);
-        walk_pop(walk, item);
+    }
+    if outcome.weight > 0.0 {
+        (*walk).sum += light_radiance(outcome.direction, line) * outcome.weight;
+    }
+    if outcome.waits {
+        walk_push(walk, item, outcome.waiting);
+    }
+    if outcome.goes_on {
+        (*walk).ray = outcome.ray;
+    } else if (*walk).waiting > 0u {
+        (*walk).waiting--;
+        (*walk).ray = stack_load(item, (*walk).waiting);
+    } else {
+        (*walk).state = WALK_OVER;
     }
 }
 
-// What is seen past the stones.
-fn walk_pass_by(walk: ptr<function, Walk>, direction: vec3<f32>, line: Line) {
-    (*walk).state = WALK_OVER;
-    if scene.transparent == 0u {
-        (*walk).account.rays = 1u;
-        (*walk).sum = light_radiance(direction, line);
-    }
-}
-
-// A surface event: fades the ray and splits it; the walk goes on with a child or with a ray from the stack.
-fn walk_arrive(walk: ptr<function, Walk>, item: u32, crossing: Crossing, line: Line) {
+// A surface event: fades the ray and splits it.
+fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcome: ptr<function, Outcome>) {
     var ray = (*walk).ray;
     let here = tree_medium(crossing.before, line);
     let beyond = tree_medium(crossing.after, line);
-    (*walk).account.rays++;
+    // Inside a metal nothing travels.
+    if here.k > 0.0 {
+        return;
+    }
     if here.absorption > 0.0 {
         ray.throughput = throughput_scaled(ray.throughput, exp(-here.absorption * crossing.distance));
     }
     let intensity = throughput_intensity(ray.throughput);
-    let spent = nest_is_empty(crossing.before) && intensity < scene.threshold;
-    // Inside a metal nothing travels.
-    if here.k > 0.0 {
-        walk_pop(walk, item);
-    } else if ray.depth == scene.max_depth {
-        walk_at_limit(walk, ray, crossing, here, beyond, line);
-        walk_pop(walk, item);
-    } else if spent {
-        (*walk).account.dropped_threshold += intensity;
-        walk_pop(walk, item);
-    } else {
-        walk_split(walk, item, ray, crossing, here, beyond);
+    let at_limit = ray.depth == scene.max_depth;
+    if at_limit && scene.leave_at_limit == 0u {
+        (*walk).account.dropped_depth += intensity;
+        return;
     }
-}
-
-// The two children of an event; the second is absent under total reflection and at metals.
-fn walk_split(
-    walk: ptr<function, Walk>,
-    item: u32,
-    ray: Ray,
-    crossing: Crossing,
-    here: Medium,
-    beyond: Medium,
-) {
-    let at = interface_at(ray.direction, crossing.normal, here, beyond);
-    let shares = throughput_split(ray.throughput, ray.direction, crossing.normal, at.event);
+    if !at_limit && nest_is_empty(crossing.before) && intensity < scene.threshold {
+        (*walk).account.dropped_threshold += intensity;
+        return;
+    }
+    // At the limit a ray leaves into air, unless a metal lets nothing through.
+    var other = beyond;
+    if at_limit && beyond.k == 0.0 {
+        other = AIR;
+    }
+    let normal = crossing.normal;
+    let at = interface_at(ray.direction, normal, here, other);
+    let shares = throughput_split(ray.throughput, ray.direction, normal, at.event);
     let origin = ray.origin + ray.direction * crossing.distance;
     let depth = ray.depth + 1u;
-    let direction = reflected(ray.direction, crossing.normal);
-    let back = walk_worthwhile(walk, Ray(origin, depth, direction, shares.back, crossing.before), true);
-    let through = !at.event.tir && beyond.k == 0.0;
-    let onward = refracted(ray.direction, crossing.normal, at.cos_i, at.event.cos_t, here.n / beyond.n);
-    let on = walk_worthwhile(walk, Ray(origin, depth, onward, shares.on, crossing.after), through);
-    if back.goes_on && on.goes_on {
-        let back_is_weaker = throughput_intensity(shares.back) < throughput_intensity(shares.on);
-        if back_is_weaker {
-            walk_push(walk, item, on.ray);
-            (*walk).ray = back.ray;
-        } else {
-            walk_push(walk, item, back.ray);
-            (*walk).ray = on.ray;
-        }
-    } else if back.goes_on {
-        (*walk).ray = back.ray;
-    } else if on.goes_on {
-        (*walk).ray = on.ray;
+    let mirrored = reflected(ray.direction, normal);
+    let onward = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n / other.n);
+    if at_limit {
+        walk_at_limit(walk, ray, crossing, other.k > 0.0, at.event.tir, shares.back, mirrored, onward, outcome);
+        return;
+    }
+    // The second child is absent under total reflection and at metals.
+    let through = !at.event.tir && other.k == 0.0;
+    let back = Ray(origin, depth, mirrored, shares.back, crossing.before);
+    let on = Ray(origin, depth, onward, shares.on, crossing.after);
+    let back_goes_on = walk_worthwhile(walk, back);
+    let on_goes_on = through && walk_worthwhile(walk, on);
+    let back_is_weaker = throughput_intensity(back.throughput) < throughput_intensity(on.throughput);
+    (*outcome).goes_on = back_goes_on || on_goes_on;
+    (*outcome).waits = back_goes_on && on_goes_on;
+    if back_goes_on && (back_is_weaker || !on_goes_on) {
+        (*outcome).ray = back;
+        (*outcome).waiting = on;
     } else {
-        walk_pop(walk, item);
+        (*outcome).ray = on;
+        (*outcome).waiting = back;
     }
 }
 
 // Whether a ray goes on: inside a stone only above the threshold, and never with nothing.
-fn walk_worthwhile(walk: ptr<function, Walk>, ray: Ray, present: bool) -> Child {
+fn walk_worthwhile(walk: ptr<function, Walk>, ray: Ray) -> bool {
     let intensity = throughput_intensity(ray.throughput);
-    if !present || intensity <= 0.0 {
-        return Child(ray, false);
-    }
-    if intensity < scene.threshold && !nest_is_empty(ray.nest) {
+    if intensity > 0.0 && intensity < scene.threshold && !nest_is_empty(ray.nest) {
         (*walk).account.dropped_threshold += intensity;
-        return Child(ray, false);
+        return false;
     }
-    return Child(ray, true);
+    return intensity > 0.0;
 }
 
-// What becomes of a ray that would make one event too many.
+// A ray that would make one event too many leaves: along the refracted direction, straight on where reflection is
+// total, and as a metal reflects it.
 fn walk_at_limit(
     walk: ptr<function, Walk>,
     ray: Ray,
     crossing: Crossing,
-    here: Medium,
-    beyond: Medium,
-    line: Line,
+    metal: bool,
+    tir: bool,
+    back: Throughput,
+    mirrored: vec3<f32>,
+    onward: vec3<f32>,
+    outcome: ptr<function, Outcome>,
 ) {
-    let left = throughput_intensity(ray.throughput);
-    if scene.leave_at_limit == 0u {
-        (*walk).account.dropped_depth += left;
-        return;
+    if metal {
+        (*outcome).weight = throughput_intensity(back);
+        (*outcome).direction = mirrored;
+    } else {
+        (*outcome).weight = throughput_intensity(ray.throughput);
+        (*outcome).direction = select(onward, ray.direction, tir || nest_is_empty(crossing.before));
     }
-    let normal = crossing.normal;
-    if beyond.k > 0.0 {
-        // A metal lets nothing through: the rest leaves as the metal reflects it.
-        let at = interface_at(ray.direction, normal, here, beyond);
-        let back = throughput_split(ray.throughput, ray.direction, normal, at.event).back;
-        (*walk).account.left_at_limit += throughput_intensity(back);
-        walk_leave(walk, back, reflected(ray.direction, normal), line);
-        return;
-    }
-    (*walk).account.left_at_limit += left;
-    let at = interface_at(ray.direction, normal, here, AIR);
-    var direction = ray.direction;
-    if !at.event.tir && !nest_is_empty(crossing.before) {
-        direction = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n);
-    }
-    walk_leave(walk, ray.throughput, direction, line);
+    (*walk).account.left_at_limit += (*outcome).weight;
 }
 
 // Stacks a ray. When the stack is full the weakest ray goes, and is counted as dropped.
 fn walk_push(walk: ptr<function, Walk>, item: u32, ray: Ray) {
-    if (*walk).waiting < STACK {
-        stack_store(item, (*walk).waiting, ray);
-        (*walk).waiting++;
-        return;
-    }
-    var weakest = throughput_intensity(ray.throughput);
-    var place = STACK;
-    for (var i = 0u; i < STACK; i++) {
-        let intensity = throughput_intensity(stack_load(item, i).throughput);
-        if intensity < weakest {
-            weakest = intensity;
-            place = i;
+    var place = (*walk).waiting;
+    if place == STACK {
+        var weakest = throughput_intensity(ray.throughput);
+        for (var i = 0u; i < STACK; i++) {
+            let intensity = throughput_intensity(stack_load(item, i).throughput);
+            if intensity < weakest {
+                weakest = intensity;
+                place = i;
+            }
         }
+        (*walk).account.dropped_threshold += weakest;
+    } else {
+        (*walk).waiting++;
     }
-    (*walk).account.dropped_threshold += weakest;
     if place < STACK {
         stack_store(item, place, ray);
     }
-}
-
-// Goes on with the ray stacked last; without one the walk is over.
-fn walk_pop(walk: ptr<function, Walk>, item: u32) {
-    if (*walk).waiting == 0u {
-        (*walk).state = WALK_OVER;
-        return;
-    }
-    (*walk).waiting--;
-    (*walk).ray = stack_load(item, (*walk).waiting);
 }

@@ -30,8 +30,10 @@ struct Account {
     lost: f32,
 }
 
+// States of a walk: its ray may meet surfaces; its ray passes all of them by; nothing is left to follow.
 const WALK_GOING: u32 = 0u;
-const WALK_OVER: u32 = 1u;
+const WALK_PASSING: u32 = 1u;
+const WALK_OVER: u32 = 2u;
 
 // One work item: a pixel sample at one wavelength.
 struct Walk {
