@@ -16,14 +16,19 @@ const FULL_BYTES: u64 = 512 << 20;
 const PIECE_BYTES: usize = 16 << 20;
 
 /// The environment on the device.
-pub(crate) struct Light {
+#[derive(Debug)]
+pub struct Light {
+    /// The texture, lat-long.
     pub view: wgpu::TextureView,
     /// What a radiance is to be multiplied by: halves hold no more than 65,504, so brighter images are scaled.
     pub gain: f32,
 }
 
 /// Uploads the environment; a uniform one is in the scene's block, and its texture is never read.
-pub(crate) fn upload(gpu: &Gpu, source: &Source) -> Result<Light, Error> {
+///
+/// # Errors
+/// [`Error::Device`] for an image beyond the device's limits or memory.
+pub fn upload(gpu: &Gpu, source: &Source) -> Result<Light, Error> {
     let black;
     let image: &LatLong = match source {
         Source::Image(image) => image,

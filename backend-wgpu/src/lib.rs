@@ -27,3 +27,4 @@ pub const WGPU: Backend = Backend {
 };
 
 pub use device::{Gpu, adapters};
+pub use environment::{Light, upload};

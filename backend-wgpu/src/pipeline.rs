@@ -8,7 +8,7 @@ use accel::{BuildOptions, Bvh, glam::Vec3, software};
 use bytemuck::{bytes_of, cast_slice};
 use spectral_core::{
     Error,
-    kernel::{Form, INTERSECT_PLANES, pack},
+    kernel::{Form, INTERSECT_PLANES, block::Scene, pack},
     prepare::{Geometry, PreparedScene},
 };
 
@@ -42,12 +42,16 @@ impl Kernel {
         let light = environment::upload(gpu, &scene.environment.source)?;
         let block = gpu.buffer(
             "scene",
-            size_of::<spectral_core::kernel::block::Scene>() as u64,
+            size_of::<Scene>() as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         )?;
-        gpu.queue.write_buffer(&block, 0, bytes_of(&pack::scene(scene, intersection.builder_scale)));
-        let optics = pack::optics(scene, light.gain);
-        let optics = gpu.filled("the optics of all wavelengths", cast_slice(&optics))?;
+        let contents = Scene {
+            builder_scale: intersection.builder_scale,
+            gain: light.gain,
+            ..pack::scene(scene)
+        };
+        gpu.queue.write_buffer(&block, 0, bytes_of(&contents));
+        let optics = gpu.filled("the optics of all wavelengths", cast_slice(&pack::optics(scene)))?;
         let planes = gpu.filled("the facet planes", cast_slice(&pack::planes(&scene.geometry)))?;
         let materials = pack::material_of_rank(&scene.geometry);
         let materials = gpu.filled("the stones", cast_slice(&materials))?;

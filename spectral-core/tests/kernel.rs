@@ -69,11 +69,11 @@ fn structures_lie_as_their_twins() {
             &trace,
             Scene {
                 light, turn, margin, behind, contact, threshold, eye_nest, max_depth, lines, materials, image,
-                leave_at_limit, transparent, builder_scale
+                leave_at_limit, transparent, builder_scale, gain
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });
-        same_layout!(&trace, Primary { origin, first_line, direction, near });
+        same_layout!(&trace, Primary { origin, first_line, direction, near, background });
         same_layout!(&trace, Work { items, budget, resume });
         let gather = parsed(&form.gather());
         same_layout!(&gather, Gathering { samples, spectral });

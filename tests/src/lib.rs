@@ -5,6 +5,7 @@
 
 pub mod compare;
 pub mod gallery;
+pub mod gpu;
 pub mod light;
 pub mod render;
 pub mod scene;

@@ -34,8 +34,10 @@ pub struct Scene {
     pub transparent: u32,
     /// Units of the hierarchy's builder per mm, where `intersect` has one.
     pub builder_scale: f32,
+    /// What a texel of the image is to be multiplied by.
+    pub gain: f32,
     /// Nothing.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
 
 /// A facet plane (`surface.wgsl`).
@@ -64,6 +66,10 @@ pub struct Primary {
     pub direction: [f32; 3],
     /// 0 where the ray passes the stones by.
     pub near: u32,
+    /// Linear sRGB seen where the ray meets no stone.
+    pub background: [f32; 3],
+    /// Nothing.
+    pub padding: u32,
 }
 
 /// One dispatch of `trace` (`main_trace.wgsl`).

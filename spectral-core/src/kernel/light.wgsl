@@ -62,10 +62,5 @@ fn light_rgb(direction: vec3<f32>) -> vec3<f32> {
     let u = turns(direction.x, direction.y) + scene.turn;
     // acos(z), without its loss of digits near the poles.
     let v = 2.0 * turns(length(direction.xy), direction.z);
-    return bilinear(u, v);
-}
-
-// Spectral radiance from a unit direction.
-fn light_radiance(direction: vec3<f32>, line: Line) -> f32 {
-    return line_expand(line, light_rgb(direction));
+    return bilinear(u, v) * scene.gain;
 }

@@ -48,7 +48,7 @@ fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
         walk = walks[item];
     }
     for (var i = 0u; i < work.budget && walk.state != WALK_OVER; i++) {
-        walk_go_on(&walk, item, line);
+        walk_go_on(&walk, item, line, primary.background);
     }
     walks[item] = walk;
 }

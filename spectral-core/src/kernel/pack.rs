@@ -58,9 +58,8 @@ pub fn check(scene: &PreparedScene) -> Result<(), Error> {
     Ok(())
 }
 
-/// The block that is the same for every ray. `builder_scale`: units of the hierarchy's builder per mm, where
-/// `intersect` has one.
-pub fn scene(scene: &PreparedScene, builder_scale: f32) -> Scene {
+/// The block that is the same for every ray, with factors of 1 for the device's own representations.
+pub fn scene(scene: &PreparedScene) -> Scene {
     let rounding = scene.geometry.rounding();
     let (light, image) = match &scene.environment.source {
         Source::Uniform(rgb) => (rgb.map(|c| c as f32), 0),
@@ -81,8 +80,9 @@ pub fn scene(scene: &PreparedScene, builder_scale: f32) -> Scene {
         image,
         leave_at_limit: u32::from(settings.leftover == Leftover::Exit),
         transparent: u32::from(scene.background == Background::Transparent),
-        builder_scale,
-        padding: [0; 2],
+        builder_scale: 1.0,
+        gain: 1.0,
+        padding: 0,
     }
 }
 
@@ -106,15 +106,15 @@ pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
     geometry.stone_of_rank.iter().map(|&stone| geometry.stones[stone as usize].material).collect()
 }
 
-/// All tables' lines one after another, their light times `gain`: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
+/// All tables' lines one after another: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
 /// blue, –), its weights (X, Y, Z, –), then each material's (n, k, absorption, –).
-pub fn optics(scene: &PreparedScene, gain: f32) -> Vec<[f32; 4]> {
-    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i, gain));
+pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
+    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i));
     scene.tables.iter().flat_map(lines).collect()
 }
 
-fn line(table: &SpectralTable, index: usize, gain: f32) -> Vec<[f32; 4]> {
-    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32 * gain);
+fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
+    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32);
     let [x, y, z] = table.response[index].map(|w| w as f32);
     let mut vectors = vec![[white, cyan, magenta, yellow], [red, green, blue, 0.0], [x, y, z, 0.0]];
     vectors.extend(table.media.iter().map(|medium| {
@@ -122,6 +122,13 @@ fn line(table: &SpectralTable, index: usize, gain: f32) -> Vec<[f32; 4]> {
         [medium.n as f32, medium.k as f32, medium.absorption as f32, 0.0]
     }));
     vectors
+}
+
+fn background(scene: &PreparedScene, direction: glam::DVec3) -> [f32; 3] {
+    match scene.background {
+        Background::Environment => scene.environment.rgb(direction).map(|c| c as f32),
+        Background::Transparent => [0.0; 3],
+    }
 }
 
 /// The camera rays of some samples over a tile: pixel by pixel, each pixel's samples in order, as
@@ -140,6 +147,8 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
                     first_line: sample % scene.tables.len() as u32 * lines,
                     direction: ray.direction.as_vec3().to_array(),
                     near: u32::from(near.is_some()),
+                    background: background(scene, ray.direction),
+                    padding: 0,
                 });
             }
         }

@@ -23,6 +23,8 @@ struct Scene {
     transparent: u32,
     // Units of the hierarchy's builder per mm, where `intersect` has one.
     builder_scale: f32,
+    // What a texel of the image is to be multiplied by.
+    gain: f32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

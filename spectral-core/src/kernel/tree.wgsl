@@ -41,8 +41,8 @@ fn tree_medium(nest: Nest, line: Line) -> Medium {
     return line_medium(line, material_of_rank[nest_top(nest) - 1u]);
 }
 
-// Follows the walk's ray to its next surface, or out into the light.
-fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line) {
+// Follows the walk's ray to its next surface, or out into the light; `background` is what is seen past the stones.
+fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3<f32>) {
     let ray = (*walk).ray;
     var crossing = Crossing(false, 0.0, vec3(0.0), ray.nest, ray.nest);
     if (*walk).state == WALK_GOING {
@@ -62,7 +62,11 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line) {
         }
     }
     if outcome.weight > 0.0 {
-        (*walk).sum += light_radiance(outcome.direction, line) * outcome.weight;
+        var rgb = background;
+        if (*walk).covered != 0u {
+            rgb = light_rgb(outcome.direction);
+        }
+        (*walk).sum += line_expand(line, rgb) * outcome.weight;
     }
     if outcome.waits {
         walk_push(walk, item, outcome.waiting);

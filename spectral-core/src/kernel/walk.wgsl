@@ -8,6 +8,9 @@ struct Primary {
     direction: vec3<f32>,
     // 0 where the ray passes the stones by.
     near: u32,
+    // Linear sRGB seen where the ray meets no stone: looked up in double precision, since beside a lamp one texel
+    // may be a thousand times the next.
+    background: vec3<f32>,
 }
 
 // A ray on its way.
