@@ -126,7 +126,9 @@ impl Surfaces {
         }
         let sides = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
         Rounding::RESCUE.into_iter().find_map(|step| {
-            sides.iter().find_map(|&side| self.cast(origin + side * (step * self.rounding.margin), direction, nest))
+            sides
+                .iter()
+                .find_map(|&side| self.cast(origin + side * (step * self.rounding.margin), direction, nest))
         })
     }
 

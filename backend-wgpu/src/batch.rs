@@ -7,16 +7,12 @@ use crate::{
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use spectral_core::{
     Error,
-    kernel::block::{Gathering, Primary, Seen, Work, ray_bytes, walk_bytes},
+    kernel::{
+        block::{Gathering, Primary, Seen, Work, ray_bytes, walk_bytes},
+        schedule::{COMPILE_DEADLINE, DEADLINE, Finished, HEARTBEAT},
+    },
 };
 use std::time::{Duration, Instant};
-
-/// A dispatch that has not ended after this long hangs: the slowest device that is any use ends it in a hundredth.
-const DEADLINE: Duration = Duration::from_secs(20);
-/// The first dispatch may wait for the driver to compile: software drivers take half a minute of a busy processor.
-const COMPILE_DEADLINE: Duration = Duration::from_secs(600);
-/// How long the host waits before it looks after its caller.
-const HEARTBEAT: Duration = Duration::from_millis(50);
 
 /// Buffers for batches of up to a number of work items.
 pub(crate) struct Batch {
@@ -33,12 +29,6 @@ pub(crate) struct Batch {
     readback: wgpu::Buffer,
     trace: wgpu::BindGroup,
     gather: wgpu::BindGroup,
-}
-
-/// What a batch gives back.
-pub(crate) struct Finished {
-    pub seen: Vec<Seen>,
-    pub radiance: Vec<f32>,
 }
 
 /// Bytes that a work item takes in the largest of the buffers, and in all of them.
@@ -74,7 +64,19 @@ impl Batch {
         let readback = gpu.buffer("the read-back", read, Usage::MAP_READ | Usage::COPY_DST)?;
         let trace = kernel.trace.bind(gpu, &[&work, &primaries, &walks, &stack])?;
         let gather = kernel.gather.bind(gpu, &[&gathering, &primaries, &walks, &seen, &radiances])?;
-        Ok(Batch { samples, lines, work, gathering, primaries, seen, radiances, spectral, readback, trace, gather })
+        Ok(Batch {
+            samples,
+            lines,
+            work,
+            gathering,
+            primaries,
+            seen,
+            radiances,
+            spectral,
+            readback,
+            trace,
+            gather,
+        })
     }
 
     /// A dispatch of nothing, so that a driver that compiles late does it now and not in a dispatch that is timed.

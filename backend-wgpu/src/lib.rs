@@ -5,7 +5,7 @@
 //! * `environment`: the light as a texture.
 //! * `pipeline`: a prepared scene as buffers and compiled shaders.
 //! * `batch`: one stretch of pixel samples on the device.
-//! * `tracer`: the picture in batches, each short enough for a desktop.
+//! * `tracer`: the whole as a `Launch`, which `spectral_core::kernel::schedule` makes a picture of.
 //!
 //! Rays find surfaces by the facet planes of one convex stone, else by the SBVH of `accel`, both in compute shaders.
 //! All arithmetic is single precision; the same scene gives the same picture as the CPU backend but for rounding.

@@ -45,11 +45,8 @@ impl Kernel {
             size_of::<Scene>() as u64,
             wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         )?;
-        let contents = Scene {
-            builder_scale: intersection.builder_scale,
-            gain: light.gain,
-            ..pack::scene(scene)
-        };
+        let contents =
+            Scene { builder_scale: intersection.builder_scale, gain: light.gain, ..pack::scene(scene) };
         gpu.queue.write_buffer(&block, 0, bytes_of(&contents));
         let optics = gpu.filled("the optics of all wavelengths", cast_slice(&pack::optics(scene)))?;
         let planes = gpu.filled("the facet planes", cast_slice(&pack::planes(&scene.geometry)))?;
@@ -81,7 +78,11 @@ fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEn
 impl Intersection {
     fn new(gpu: &Gpu, scene: &PreparedScene) -> Result<Self, Error> {
         if scene.geometry.stones.is_empty() || scene.lone_convex_stone().is_some() {
-            return Ok(Intersection { text: INTERSECT_PLANES.to_owned(), hierarchy: None, builder_scale: 1.0 });
+            return Ok(Intersection {
+                text: INTERSECT_PLANES.to_owned(),
+                hierarchy: None,
+                builder_scale: 1.0,
+            });
         }
         let bvh = hierarchy(&scene.geometry).map_err(|e| gpu.error(e.to_string()))?;
         let triangles = bvh.triangle_blocks(|number| scene.geometry.facet_of[number as usize]);

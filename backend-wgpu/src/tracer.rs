@@ -1,32 +1,21 @@
-//! The picture in batches, each short enough for a desktop.
+//! A scene's kernel on an open adapter.
 
 use crate::{
-    batch::{Batch, Finished, most_samples},
+    batch::{Batch, most_samples},
     device::Gpu,
     pipeline::Kernel,
 };
 use spectral_core::{
     Error,
-    film::{Film, PixelSample, Tile, TileSums},
-    kernel::{block::Seen, pack},
+    kernel::{
+        block::Primary,
+        schedule::{Finished, KernelTracer, Launch, PATH_MEMORY},
+    },
     prepare::PreparedScene,
-    tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceReport, Tracer, check_call},
+    tracer::{DeviceInfo, OpenOptions, Tracer},
 };
-use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-/// What a dispatch should take: far below the two seconds after which desktop systems end it, far above what its
-/// submission costs.
-const TARGET: Duration = Duration::from_millis(60);
-/// Pixel samples × wavelengths of the first batch, before anything is known of the device.
-const FIRST_ITEMS: u32 = 2048;
-/// Rays that an invocation of a batch's first dispatch follows.
-const BUDGET: u32 = 64;
-/// The most samples of a pixel in one pass over the picture: partial pictures are even.
-const PASS: u32 = 16;
-/// The most memory for the paths of a batch, bytes.
-const MEMORY: u64 = 512 << 20;
+use std::time::Instant;
 
 /// Opens an adapter for a scene.
 pub(crate) fn open(
@@ -38,167 +27,47 @@ pub(crate) fn open(
     let gpu = Gpu::open(device)?;
     let kernel = Kernel::new(&gpu, &scene)?;
     let lines = scene.wavelength_count() as u32;
-    let most = most_samples(&gpu, &kernel, lines, MEMORY);
-    if most == 0 {
-        return Err(gpu.error(format!("the paths of {lines} wavelengths do not fit in this device's buffers")));
-    }
-    Batch::new(&gpu, &kernel, 1, lines, scene.settings.spectral)?.warm_up(&gpu, &kernel)?;
-    let tile = options.tile.map_or(u32::MAX, |edge| edge.clamp(1, 1024).pow(2));
-    Ok(Box::new(WgpuTracer {
-        device: device.clone(),
-        gpu,
-        kernel,
-        scene,
-        most,
-        tile,
-        batch: None,
-        items: f64::from(FIRST_ITEMS),
-        build: Some(start.elapsed()),
-    }))
+    let spectral = scene.settings.spectral;
+    let batch = Batch::new(&gpu, &kernel, 1, lines, spectral)?;
+    batch.warm_up(&gpu, &kernel)?;
+    let most = most_samples(&gpu, &kernel, lines, PATH_MEMORY);
+    let launch = WgpuLaunch { gpu, kernel, lines, spectral, most, batch, rays: 0 };
+    Ok(Box::new(KernelTracer::new(device, launch, scene, options, start.elapsed())?))
 }
 
-struct WgpuTracer {
-    device: DeviceInfo,
+struct WgpuLaunch {
     gpu: Gpu,
     kernel: Kernel,
-    scene: Arc<PreparedScene>,
+    /// Wavelengths a pixel sample.
+    lines: u32,
+    spectral: bool,
     /// Pixel samples that a batch may hold.
     most: u32,
-    /// Pixels that a batch may hold.
-    tile: u32,
-    batch: Option<Batch>,
-    /// Work items for a dispatch of [`TARGET`], as measured.
-    items: f64,
-    /// Reported by the first call.
-    build: Option<Duration>,
+    /// Grows with the batches.
+    batch: Batch,
+    /// Camera rays in the batch.
+    rays: u32,
 }
 
-/// The caller's side of a trace.
-struct Run<'a> {
-    film: &'a mut Film,
-    progress: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
-    report: TraceReport,
-    at: Progress,
-    stop: bool,
-}
-
-impl Run<'_> {
-    fn beat(&mut self) {
-        self.stop |= (self.progress)(self.at).is_break();
-    }
-}
-
-impl Tracer for WgpuTracer {
-    fn device(&self) -> &DeviceInfo {
-        &self.device
+impl Launch for WgpuLaunch {
+    fn most_samples(&self) -> u32 {
+        self.most
     }
 
-    fn trace(
-        &mut self,
-        samples: Range<u32>,
-        film: &mut Film,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error> {
-        check_call(&self.scene, &samples, film)?;
-        let start = Instant::now();
-        let total = u64::from(self.scene.width) * u64::from(self.scene.height) * samples.len() as u64;
-        let report = TraceReport { build: self.build.take().unwrap_or_default(), ..TraceReport::default() };
-        let mut run = Run { film, progress, report, at: Progress { done: 0, total }, stop: false };
-        let pass = self.most.min(PASS);
-        for first in samples.clone().step_by(pass as usize) {
-            self.pass(first..samples.end.min(first.saturating_add(pass)), &mut run)?;
+    fn begin(&mut self, rays: &[Primary]) -> Result<(), Error> {
+        self.rays = rays.len() as u32;
+        if self.batch.samples < self.rays {
+            self.batch = Batch::new(&self.gpu, &self.kernel, self.rays, self.lines, self.spectral)?;
         }
-        run.report.finished = !run.stop;
-        run.report.trace = start.elapsed();
-        Ok(run.report)
-    }
-}
-
-impl WgpuTracer {
-    /// Some samples of every pixel, row by row.
-    fn pass(&mut self, samples: Range<u32>, run: &mut Run<'_>) -> Result<(), Error> {
-        let (width, height) = (self.scene.width, self.scene.height);
-        let (mut x, mut y) = (0, 0);
-        while y < height {
-            run.beat();
-            if run.stop {
-                return Ok(());
-            }
-            let tile = next_tile([x, y], [width, height], self.pixels(samples.len() as u32));
-            let Some(sums) = self.tile(tile, samples.clone(), run)? else { return Ok(()) };
-            run.film.add(&sums)?;
-            run.at.done += sums.samples.len() as u64;
-            x += tile.width;
-            if x >= width {
-                (x, y) = (0, y + tile.height);
-            }
-        }
-        run.beat();
+        self.batch.begin(&self.gpu, rays);
         Ok(())
     }
 
-    /// Pixels of `samples` samples each for the next batch.
-    fn pixels(&self, samples: u32) -> u32 {
-        let lines = self.scene.wavelength_count() as f64;
-        let wanted = (self.items / (lines * f64::from(samples))) as u32;
-        wanted.min(self.most / samples).min(self.tile).max(1)
+    fn dispatch(&mut self, budget: u32, resume: bool, beat: &mut dyn FnMut()) -> Result<Finished, Error> {
+        self.batch.dispatch(&self.gpu, &self.kernel, self.rays, budget, resume, beat)
     }
 
-    /// One batch; `None` if the caller broke it off.
-    fn tile(
-        &mut self,
-        tile: Tile,
-        samples: Range<u32>,
-        run: &mut Run<'_>,
-    ) -> Result<Option<TileSums>, Error> {
-        let rays = pack::primaries(&self.scene, tile, samples);
-        let count = rays.len() as u32;
-        let lines = self.scene.wavelength_count() as u32;
-        let spectral = self.scene.settings.spectral;
-        let batch = match self.batch.take() {
-            Some(batch) if batch.samples >= count => batch,
-            _ => Batch::new(&self.gpu, &self.kernel, count, lines, spectral)?,
-        };
-        let batch = self.batch.insert(batch);
-        batch.begin(&self.gpu, &rays);
-        let (mut budget, mut resume) = (BUDGET, false);
-        loop {
-            let start = Instant::now();
-            let finished =
-                batch.dispatch(&self.gpu, &self.kernel, count, budget, resume, &mut || run.beat())?;
-            let ratio = TARGET.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
-            if !resume {
-                self.items = f64::from(count * lines) * ratio.clamp(0.25, 2.0);
-            }
-            if finished.seen.iter().all(|seen| seen.going == 0) {
-                return Ok(Some(sums(tile, finished, lines, &mut run.report)));
-            }
-            if run.stop {
-                return Ok(None);
-            }
-            // Few walks are left: each may go further in the same time.
-            budget = (f64::from(budget) * ratio.clamp(0.25, 4.0)).clamp(1.0, 4096.0) as u32;
-            resume = true;
-        }
+    fn error(&self, message: String) -> Error {
+        self.gpu.error(message)
     }
-}
-
-/// The next batch's pixels from (x, y) on, `count` of them if they make a rectangle: whole rows, or part of one.
-fn next_tile([x, y]: [u32; 2], [width, height]: [u32; 2], count: u32) -> Tile {
-    if x == 0 && count >= width {
-        return Tile { x, y, width, height: (count / width).min(height - y) };
-    }
-    Tile { x, y, width: count.min(width - x), height: 1 }
-}
-
-/// A batch's samples for the film, its account for the report.
-fn sums(tile: Tile, finished: Finished, lines: u32, report: &mut TraceReport) -> TileSums {
-    for seen in &finished.seen {
-        let [dropped_depth, dropped_threshold, left_at_limit, lost] = seen.energies.map(f64::from);
-        let started = f64::from(lines);
-        report.energy += Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost };
-        report.rays += u64::from(seen.rays);
-    }
-    let sample = |seen: &Seen| PixelSample { xyz: seen.xyz, coverage: seen.coverage };
-    TileSums { tile, samples: finished.seen.iter().map(sample).collect(), radiance: finished.radiance }
 }

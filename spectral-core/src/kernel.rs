@@ -17,9 +17,12 @@
 //! A work item is a pixel sample at one wavelength. `trace` follows its tree of rays with a bounded stack and a
 //! bounded number of rays a dispatch; `gather` sums a sample's wavelengths. [`block`] has the Rust twins of what
 //! passes between host and device, [`pack`] fills them from a [`PreparedScene`](crate::prepare::PreparedScene).
+//! [`texel`] does the same for the light, and [`schedule`] drives the device.
 
 pub mod block;
 pub mod pack;
+pub mod schedule;
+pub mod texel;
 
 use crate::{
     prepare::{Nest, Rounding},

@@ -68,8 +68,21 @@ fn structures_lie_as_their_twins() {
         same_layout!(
             &trace,
             Scene {
-                light, turn, margin, behind, contact, threshold, eye_nest, max_depth, lines, materials, image,
-                leave_at_limit, transparent, builder_scale, gain
+                light,
+                turn,
+                margin,
+                behind,
+                contact,
+                threshold,
+                eye_nest,
+                max_depth,
+                lines,
+                materials,
+                image,
+                leave_at_limit,
+                transparent,
+                builder_scale,
+                gain
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });

@@ -83,7 +83,12 @@ pub fn gallery() -> Vec<Exhibit> {
     ];
     let mut all = vec![exhibit(
         "box",
-        scene(view(14.0), 64, studio(), vec![stone(cuboid(DVec3::splat(-2.0), DVec3::splat(2.0)), glass(1.5))]),
+        scene(
+            view(14.0),
+            64,
+            studio(),
+            vec![stone(cuboid(DVec3::splat(-2.0), DVec3::splat(2.0)), glass(1.5))],
+        ),
         settings(3),
     )];
     all.extend(cuts.map(|(name, cut, matter, settings)| {

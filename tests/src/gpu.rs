@@ -14,7 +14,10 @@ pub type Row = [f32; 16];
 pub fn gpus() -> Vec<Gpu> {
     let gpus: Vec<Gpu> = adapters().iter().map(|a| Gpu::of(a).expect("a device that opens")).collect();
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    assert!(!gpus.is_empty() || !required.contains("wgpu"), "REQUIRE_BACKENDS names wgpu, and no adapter is here");
+    assert!(
+        !gpus.is_empty() || !required.contains("wgpu"),
+        "REQUIRE_BACKENDS names wgpu, and no adapter is here"
+    );
     if gpus.is_empty() {
         eprintln!("skipped: no adapter on this machine");
     }
@@ -26,7 +29,13 @@ pub fn gpus() -> Vec<Gpu> {
 ///
 /// # Panics
 /// Where the text is not valid, or the device fails.
-pub fn map(gpu: &Gpu, library: &str, body: &str, scene: &[wgpu::BindGroupEntry<'_>], inputs: &[Row]) -> Vec<Row> {
+pub fn map(
+    gpu: &Gpu,
+    library: &str,
+    body: &str,
+    scene: &[wgpu::BindGroupEntry<'_>],
+    inputs: &[Row],
+) -> Vec<Row> {
     let source = format!(
         "{library}
         @group(1) @binding(0) var<storage, read> inputs: array<array<f32, 16>>;

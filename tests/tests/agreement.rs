@@ -27,10 +27,8 @@ struct Case {
 
 fn main() {
     let arguments = Arguments::from_args();
-    let cases: Vec<_> = gallery()
-        .into_iter()
-        .map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() }))
-        .collect();
+    let cases: Vec<_> =
+        gallery().into_iter().map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() })).collect();
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     let mut trials = Vec::new();
     for backend in [CPU, WGPU] {
@@ -38,7 +36,9 @@ fn main() {
         if devices.is_empty() {
             let missing = required.split(',').any(|name| name.trim() == backend.name);
             let name = format!("[{}] has a device", backend.name);
-            trials.push(Trial::test(name, || Err("no device on this machine".into())).with_ignored_flag(!missing));
+            trials.push(
+                Trial::test(name, || Err("no device on this machine".into())).with_ignored_flag(!missing),
+            );
         }
         for device in devices {
             for case in &cases {
@@ -61,8 +61,7 @@ fn render(backend: &Backend, device: &DeviceInfo, exhibit: &Exhibit) -> Result<(
     let prepared = Arc::new(PreparedScene::new(&exhibit.scene, &exhibit.settings)?);
     let mut film = Film::new(&prepared);
     let mut tracer = (backend.open)(device, prepared, &OpenOptions::default())?;
-    let report =
-        tracer.trace(0..exhibit.settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
+    let report = tracer.trace(0..exhibit.settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
     Ok((film, report.energy.lost / report.energy.started))
 }
 

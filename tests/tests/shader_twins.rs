@@ -1,8 +1,8 @@
 //! Each function of the kernel against its Rust twin, on a grid, on every GPU of this machine.
 
-use gemtrace_tests::gpu::{Row, entry, gpus, map, row};
 use accel::testing::Random;
 use bytemuck::bytes_of;
+use gemtrace_tests::gpu::{Row, entry, gpus, map, row};
 use glam::{DVec3, Vec3};
 use spectral_core::{
     environment::{Environment, LatLong, Source},
@@ -23,7 +23,9 @@ fn library(parts: &[&str]) -> String {
 fn worst(found: &[Row], expected: &[Row]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let pairs = found.iter().flatten().zip(expected.iter().flatten());
-    pairs.map(|(f, e)| (f - e).abs()).fold(0.0, |worst, d| if d.is_nan() { f32::INFINITY } else { worst.max(d) })
+    pairs
+        .map(|(f, e)| (f - e).abs())
+        .fold(0.0, |worst, d| if d.is_nan() { f32::INFINITY } else { worst.max(d) })
 }
 
 const EVENT: &str = "out[0] = e.reflectance_s; out[1] = e.reflectance_p; out[2] = e.transmittance_s;
@@ -62,20 +64,38 @@ fn dielectrics() {
             }
         }
     }
-    let expected: Vec<Row> = inputs.iter().map(|i| event(&dielectric(i[0], i[1]))).collect();
+    // The twin takes cos²θ₂ in double precision; the kernel is as good if its result is what the twin makes of a
+    // cosine at most one step away, but for the rounding of the result itself.
+    let twins = |i: &Row| {
+        let c = i[0];
+        [c.next_down().max(0.0), c, c.next_up().min(1.0)].map(|c| event(&dielectric(c, i[1])))
+    };
+    let expected: Vec<[Row; 3]> = inputs.iter().map(twins).collect();
     for gpu in gpus() {
-        let body = format!("let e = dielectric(in[0], in[1]); {EVENT}");
+        // Beside it the plain formula, to show what the pairs of singles are for.
+        let plain = "out[9] = sqrt(max(1.0 - in[1] * in[1] * (1.0 - in[0] * in[0]), 0.0));";
+        let body = format!("let e = dielectric(in[0], in[1]); {EVENT} {plain}");
         let found = map(&gpu, &library(&[FRESNEL]), &body, &[], &inputs);
-        let off = |at: usize| {
-            let error = |(f, e): (&Row, &Row)| (f[at] - e[at]).abs();
-            found.iter().zip(&expected).map(error).fold(0.0, f32::max)
+        let beyond = |f: f32, twins: [f32; 3]| {
+            let (low, high) = (twins.into_iter().fold(f, f32::min), twins.into_iter().fold(f, f32::max));
+            let [low_twin, high_twin] =
+                [f32::min, f32::max].map(|pick| twins.into_iter().fold(twins[0], pick));
+            (low_twin - low).max(high - high_twin)
         };
-        let worst: Vec<f32> = (0..9).map(off).collect();
-        println!("dielectric, largest differences by field: {worst:?}");
-        assert_eq!(worst[8], 0.0, "reflection is total on one side only");
-        // The cosine of refraction is as good as the twin's, which is taken in double precision.
-        assert!(worst[7] <= 1.2e-7, "cos θ₂ is off by {}", worst[7]);
-        assert!(worst[..7].iter().all(|w| *w <= 1e-6), "{worst:?}");
+        let worst: Vec<f32> = (0..9)
+            .map(|at| {
+                let pairs = found.iter().zip(&expected);
+                pairs.map(|(f, e)| beyond(f[at], e.map(|twin| twin[at]))).fold(0.0, f32::max)
+            })
+            .collect();
+        let cosine = |at: usize| {
+            let refracted = found.iter().zip(&expected).filter(|(_, e)| e[1][8] == 0.0);
+            refracted.map(|(f, e)| (f[at] - e[1][7]).abs()).fold(0.0, f32::max)
+        };
+        println!("dielectric, beyond a step of the cosine, by field: {worst:?}");
+        println!("cos θ₂ off by at most {:e}, plain {:e}", cosine(7), cosine(9));
+        assert!(worst.iter().all(|w| *w <= 6e-7), "{worst:?}");
+        assert!(cosine(7) <= 5e-7 && cosine(9) > 1e-4);
     }
 }
 
@@ -90,9 +110,15 @@ fn conductors() {
     let expected: Vec<Row> = inputs.iter().map(|i| event(&conductor(i[0], i[1], i[2], i[3]))).collect();
     for gpu in gpus() {
         let body = format!("let e = conductor(in[0], in[1], in[2], in[3]); {EVENT}");
-        let worst = worst(&map(&gpu, &library(&[FRESNEL]), &body, &[], &inputs), &expected);
-        println!("conductor, largest difference: {worst:e}");
-        assert!(worst <= 1e-5, "{worst}");
+        let found = map(&gpu, &library(&[FRESNEL]), &body, &[], &inputs);
+        let (feeble, metals): (Vec<_>, Vec<_>) =
+            found.iter().zip(&expected).zip(&inputs).partition(|(_, input)| input[3] < 1e-3);
+        let [feeble, metals] = [feeble, metals]
+            .map(|list| list.iter().map(|((f, e), _)| worst(&[**f], &[**e])).fold(0.0, f32::max));
+        println!("conductor, largest difference: {metals:e}, feeble absorber {feeble:e}");
+        assert!(metals <= 1e-6, "{metals}");
+        // No metal: seen from diamond it has a critical angle, where the twin's double precision tells.
+        assert!(feeble <= 3e-5, "{feeble}");
     }
 }
 

@@ -35,7 +35,8 @@ fn guarded(x: f32) -> f32 {
 // The Rust twin takes this difference in double precision: near the critical angle an error of 1e-7 in it
 // becomes 3e-4 in cos θ₂. WGSL has no portable doubles, so η² and 1 − c² are each split into a head of 12 bits
 // and a rest (Dekker 1971). The product of the heads and its distance from 1 are exact where the two are close,
-// and the rests are 2⁻¹² smaller, so the whole is good to about 2⁻³⁵.
+// and the rests are 2⁻¹² smaller, so the whole is good to about 2⁻³³: less than the step between two neighbouring values of
+// the cosine that goes in makes.
 fn squares(c: f32, eta: f32) -> Squares {
     let c_head = head(c);
     let c_rest = c - c_head;
@@ -122,7 +123,9 @@ fn complex_root(z: vec2<f32>) -> vec2<f32> {
 fn conductor(cos_i: f32, n1: f32, n: f32, k: f32) -> Fresnel {
     let c = clamp(cos_i, 0.0, 1.0);
     let index2 = vec2((n - k) * (n + k), 2.0 * n * k);
-    let w = complex_root(index2 - vec2(n1 * n1 * (1.0 - c * c), 0.0));
+    // n₂² − n₁² sin²θ, arranged so that nothing cancels where the indices are close.
+    let real = (n - n1) * (n + n1) + (n1 * c) * (n1 * c) - k * k;
+    let w = complex_root(vec2(real, index2.y));
     let incident = vec2(n1 * c, 0.0);
     let r_s = complex_quotient(incident - w, incident + w);
     let r_p = complex_quotient(index2 * c - w * n1, index2 * c + w * n1);

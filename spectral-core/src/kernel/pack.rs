@@ -141,7 +141,8 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
             for sample in samples.clone() {
                 let offset = pixel_offset(sample, scene.settings.samples);
                 let ray = scene.view.ray(f64::from(x) + offset[0], f64::from(y) + offset[1]);
-                let near = if scene.geometry.stones.is_empty() { None } else { scene.geometry.approach(&ray) };
+                let near =
+                    if scene.geometry.stones.is_empty() { None } else { scene.geometry.approach(&ray) };
                 rays.push(Primary {
                     origin: near.unwrap_or_default().as_vec3().to_array(),
                     first_line: sample % scene.tables.len() as u32 * lines,
