@@ -3,6 +3,7 @@
 //!
 //! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
 
+pub mod agreement;
 pub mod compare;
 pub mod gallery;
 pub mod gpu;
