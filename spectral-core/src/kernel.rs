@@ -33,6 +33,13 @@ use std::fmt::Write;
 /// `intersect` for one convex stone, by the planes of its facets.
 pub const INTERSECT_PLANES: &str = include_str!("kernel/intersect_planes.wgsl");
 
+/// `intersect` by ray queries: candidates come from the device, the rule is ours. A shader with it begins with
+/// [`ENABLE_RAY_QUERY`].
+pub const INTERSECT_RAY_QUERY: &str =
+    include_str!("kernel/intersect_ray_query.wgsl");
+/// What a shader with [`INTERSECT_RAY_QUERY`] begins with.
+pub const ENABLE_RAY_QUERY: &str = "enable wgpu_ray_query;\n";
+
 /// Fresnel's equations; needs the constants only.
 pub const FRESNEL: &str = include_str!("kernel/fresnel.wgsl");
 /// Stokes rows and their frames; needs [`FRESNEL`].

@@ -8,6 +8,7 @@
 //! said so.
 
 use backend_cpu::{CPU, REFERENCE};
+use backend_vulkan::{Intersection, VULKAN};
 use backend_wgpu::WGPU;
 use gemtrace_tests::{
     agreement::Agreement,
@@ -34,7 +35,8 @@ fn main() {
         gallery().into_iter().map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() })).collect();
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     let mut trials = Vec::new();
-    for backend in [CPU, WGPU] {
+    let vulkan = Intersection::ALL.map(Intersection::backend);
+    for backend in [CPU, WGPU].into_iter().chain(vulkan) {
         let devices = (backend.devices)();
         if devices.is_empty() {
             let missing = required.split(',').any(|name| name.trim() == backend.name);
@@ -54,10 +56,17 @@ fn main() {
     libtest_mimic::run(&arguments, trials).exit();
 }
 
-/// "wgpu/llvmpipe".
+/// "cpu", "wgpu/llvmpipe", "vulkan/llvmpipe/ray-query".
 fn short(device: &DeviceInfo) -> String {
     let word = device.name.split_whitespace().next().unwrap_or("?");
-    if device.backend == CPU.name { CPU.name.to_owned() } else { format!("{}/{word}", device.backend) }
+    let mut name = device.backend.to_owned();
+    if device.backend != CPU.name {
+        name = format!("{name}/{word}");
+    }
+    if device.backend == VULKAN.name {
+        name = format!("{name}/{}", device.intersection.replace(' ', "-"));
+    }
+    name
 }
 
 fn render(backend: &Backend, device: &DeviceInfo, exhibit: &Exhibit) -> Result<Film, Failed> {
