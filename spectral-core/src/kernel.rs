@@ -10,7 +10,7 @@
 //!
 //! ```text
 //! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
-//!        + intersect + walk + tree + main_trace
+//!        + intersect + walk + tree + main_trace + main_compute
 //! gather = constants + scene + line + nest + fresnel + stokes + throughput + walk + main_gather
 //! ```
 //!
@@ -33,12 +33,14 @@ use std::fmt::Write;
 /// `intersect` for one convex stone, by the planes of its facets.
 pub const INTERSECT_PLANES: &str = include_str!("kernel/intersect_planes.wgsl");
 
-/// `intersect` by ray queries: candidates come from the device, the rule is ours. A shader with it begins with
-/// [`ENABLE_RAY_QUERY`].
+/// `intersect` by ray queries on the device's own hierarchy. A shader with it begins with [`ENABLE_RAY_QUERY`].
 pub const INTERSECT_RAY_QUERY: &str =
-    include_str!("kernel/intersect_ray_query.wgsl");
+    concat!(include_str!("kernel/candidate.wgsl"), include_str!("kernel/intersect_ray_query.wgsl"));
 /// What a shader with [`INTERSECT_RAY_QUERY`] begins with.
 pub const ENABLE_RAY_QUERY: &str = "enable wgpu_ray_query;\n";
+/// `intersect` by a ray-tracing pipeline; for [`Form::trace_pipeline`].
+const INTERSECT_PIPELINE: &str =
+    concat!(include_str!("kernel/candidate.wgsl"), include_str!("kernel/intersect_pipeline.wgsl"));
 
 /// Fresnel's equations; needs the constants only.
 pub const FRESNEL: &str = include_str!("kernel/fresnel.wgsl");
@@ -58,6 +60,8 @@ const SURFACE: &str = include_str!("kernel/surface.wgsl");
 const WALK: &str = include_str!("kernel/walk.wgsl");
 const TREE: &str = include_str!("kernel/tree.wgsl");
 const MAIN_TRACE: &str = include_str!("kernel/main_trace.wgsl");
+const MAIN_COMPUTE: &str = include_str!("kernel/main_compute.wgsl");
+const MAIN_PIPELINE: &str = include_str!("kernel/main_pipeline.wgsl");
 const MAIN_GATHER: &str = include_str!("kernel/main_gather.wgsl");
 
 /// Vectors that a line takes in the optics before those of the materials.
@@ -130,9 +134,22 @@ impl Form {
     /// The shader with the entry point `trace`. `intersect` is the text of the form of intersection, with the
     /// constants it needs.
     pub fn trace(&self, intersect: &str) -> String {
+        self.traced([intersect, MAIN_COMPUTE])
+    }
+
+    /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and
+    /// `pass_by` (miss).
+    ///
+    /// WGSL cannot say that an any-hit shader ignores a candidate: `consider` does where it returns before its end,
+    /// and the backend has to see to it.
+    pub fn trace_pipeline(&self) -> String {
+        "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned() + &self.traced([INTERSECT_PIPELINE, MAIN_PIPELINE])
+    }
+
+    fn traced(&self, [intersect, main]: [&str; 2]) -> String {
         let constants = self.constants();
         let optics = [SCENE, LINE, LIGHT, NEST, FRESNEL, STOKES, self.throughput()];
-        let transport = [DIRECTION, SURFACE, intersect, WALK, TREE, MAIN_TRACE];
+        let transport = [DIRECTION, SURFACE, intersect, WALK, TREE, MAIN_TRACE, main];
         [&[constants.as_str()], &optics[..], &transport[..]].concat().join("\n")
     }
 

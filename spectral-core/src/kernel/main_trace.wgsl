@@ -1,4 +1,4 @@
-// The compute entry point that traces: one invocation a work item, which is a pixel sample at one wavelength.
+// What an entry point that traces does: one invocation a work item, which is a pixel sample at one wavelength.
 //
 // A tree of rays can be vast, and desktop systems end kernels that run for seconds. So an invocation follows at
 // most `work.budget` rays and leaves its walk in memory, to be resumed by the next dispatch.
@@ -33,9 +33,8 @@ fn walk_begin(primary: Primary) -> Walk {
     return Walk(ray, 0.0, Account(0u, 0.0, 0.0, 0.0, 0.0), 0u, state, 0u);
 }
 
-@compute @workgroup_size(WORKGROUP)
-fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
-    let item = id.x;
+// Begins or resumes the walk of a work item.
+fn trace_item(item: u32) {
     if item >= work.items {
         return;
     }
