@@ -69,8 +69,15 @@ struct Physical {
     limits: Limits,
     /// The queue family to use.
     family: u32,
-    /// Whether it has acceleration structures and ray queries.
+    /// Its own ray tracing.
+    offered: Offered,
+}
+
+/// What a device has of the driver's ray tracing.
+#[derive(Debug, Clone, Copy, Default)]
+struct Offered {
     ray_query: bool,
+    pipeline: bool,
 }
 
 /// What may be asked of a device.
@@ -86,6 +93,12 @@ pub(crate) struct Limits {
     pub triangles: u64,
     /// Alignment of the memory that the driver builds acceleration structures with.
     pub scratch_alignment: u64,
+    /// Bytes by which rays know a shader.
+    pub handle: u32,
+    /// Alignment of handles in a table.
+    pub handle_alignment: u32,
+    /// Alignment of tables.
+    pub table_alignment: u64,
 }
 
 impl Physical {
@@ -104,14 +117,18 @@ impl Physical {
             && plain.limits.max_compute_work_group_invocations >= WORKGROUP;
         let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
         let family = families.iter().position(computes).filter(|_| able)? as u32;
-        let ray_query = has_ray_query(instance, handle);
+        let offered = Offered::by(instance, handle);
         let mut about = vk::PhysicalDeviceDriverProperties::default();
         let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
+        let mut tables = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
         let mut maintenance = vk::PhysicalDeviceMaintenance4Properties::default();
         let mut all =
             vk::PhysicalDeviceProperties2::default().push_next(&mut about).push_next(&mut maintenance);
-        if ray_query {
+        if offered.ray_query || offered.pipeline {
             all = all.push_next(&mut structures);
+        }
+        if offered.pipeline {
+            all = all.push_next(&mut tables);
         }
         // SAFETY: valid: what is asked for belongs to 1.3 or to an extension that the device has.
         unsafe { instance.get_physical_device_properties2(handle, &mut all) };
@@ -122,15 +139,19 @@ impl Physical {
             triangles: structures.max_primitive_count,
             scratch_alignment: u64::from(structures.min_acceleration_structure_scratch_offset_alignment)
                 .max(1),
+            handle: tables.shader_group_handle_size,
+            handle_alignment: tables.shader_group_handle_alignment.max(1),
+            table_alignment: u64::from(tables.shader_group_base_alignment).max(1),
         };
         let hardware = plain.device_type != vk::PhysicalDeviceType::CPU;
         let (name, driver) = (text(plain.device_name_as_c_str()), driver_text(&about));
-        Some(Physical { handle, name, driver, hardware, memory, limits, family, ray_query })
+        Some(Physical { handle, name, driver, hardware, memory, limits, family, offered })
     }
 
     fn offers(&self, form: Intersection) -> bool {
         match form {
-            Intersection::RayQuery => self.ray_query,
+            Intersection::RayQuery => self.offered.ray_query,
+            Intersection::Pipeline => self.offered.pipeline,
             Intersection::Software => true,
         }
     }
@@ -162,25 +183,56 @@ fn driver_text(about: &vk::PhysicalDeviceDriverProperties<'_>) -> String {
     format!("{name} {}", text(about.driver_info_as_c_str())).trim().to_owned()
 }
 
-fn has_ray_query(instance: &ash::Instance, handle: vk::PhysicalDevice) -> bool {
-    // SAFETY: alive.
-    let extensions = unsafe { instance.enumerate_device_extension_properties(handle) }.unwrap_or_default();
-    let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-    if !RAY_QUERY.into_iter().all(has) {
-        return false;
+impl Offered {
+    fn by(instance: &ash::Instance, handle: vk::PhysicalDevice) -> Self {
+        // SAFETY: alive.
+        let extensions =
+            unsafe { instance.enumerate_device_extension_properties(handle) }.unwrap_or_default();
+        let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        let all = |form: Intersection| form.extensions().iter().all(|name| has(name));
+        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
+        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
+        let mut pipeline = vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default();
+        let mut features = vk::PhysicalDeviceFeatures2::default();
+        if has(khr::acceleration_structure::NAME) {
+            features = features.push_next(&mut structures);
+        }
+        if all(Intersection::RayQuery) {
+            features = features.push_next(&mut query);
+        }
+        if all(Intersection::Pipeline) {
+            features = features.push_next(&mut pipeline);
+        }
+        // SAFETY: valid: the device has the extensions asked about.
+        unsafe { instance.get_physical_device_features2(handle, &mut features) };
+        let numbered = features.features.geometry_shader == vk::TRUE;
+        let structures = structures.acceleration_structure == vk::TRUE;
+        Offered {
+            ray_query: structures && query.ray_query == vk::TRUE,
+            // The number of a triangle is a matter of geometry shaders where naga writes it for any-hit shaders.
+            pipeline: structures && numbered && pipeline.ray_tracing_pipeline == vk::TRUE,
+        }
     }
-    let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
-    let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
-    let mut features =
-        vk::PhysicalDeviceFeatures2::default().push_next(&mut structures).push_next(&mut query);
-    // SAFETY: valid: the device has the extensions asked about.
-    unsafe { instance.get_physical_device_features2(handle, &mut features) };
-    structures.acceleration_structure == vk::TRUE && query.ray_query == vk::TRUE
 }
 
-/// The extensions of ray queries.
-const RAY_QUERY: [&CStr; 3] =
-    [khr::acceleration_structure::NAME, khr::ray_query::NAME, khr::deferred_host_operations::NAME];
+impl Intersection {
+    /// The extensions that it needs.
+    fn extensions(self) -> &'static [&'static CStr] {
+        match self {
+            Intersection::RayQuery => &[
+                khr::acceleration_structure::NAME,
+                khr::deferred_host_operations::NAME,
+                khr::ray_query::NAME,
+            ],
+            Intersection::Pipeline => &[
+                khr::acceleration_structure::NAME,
+                khr::deferred_host_operations::NAME,
+                khr::ray_tracing_pipeline::NAME,
+            ],
+            Intersection::Software => &[],
+        }
+    }
+}
 
 /// What this machine offers.
 pub(crate) fn devices() -> Vec<DeviceInfo> {
@@ -206,6 +258,8 @@ pub(crate) struct Gpu {
     pub device: ash::Device,
     /// Present where the device was opened for its own ray tracing.
     structures: Option<khr::acceleration_structure::Device>,
+    /// Present where it was opened for pipelines of it.
+    pipelines: Option<khr::ray_tracing_pipeline::Device>,
     pub limits: Limits,
     pub memory: vk::PhysicalDeviceMemoryProperties,
     /// Compiled pipelines, shared by those that are alike.
@@ -252,21 +306,27 @@ impl Gpu {
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(physical.family)
             .queue_priorities(&[1.0])];
-        let ray_query = form == Intersection::RayQuery;
-        let extensions: Vec<_> = if ray_query { RAY_QUERY.map(CStr::as_ptr).to_vec() } else { Vec::new() };
-        let mut addresses = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(ray_query);
+        let extensions: Vec<_> = form.extensions().iter().map(|name| name.as_ptr()).collect();
+        let (traced, piped) = (form != Intersection::Software, form == Intersection::Pipeline);
+        let plain = vk::PhysicalDeviceFeatures::default().geometry_shader(piped);
+        let mut addresses = vk::PhysicalDeviceVulkan12Features::default().buffer_device_address(traced);
         let mut maintenance = vk::PhysicalDeviceVulkan13Features::default().maintenance4(true);
         let mut structures =
             vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default().acceleration_structure(true);
         let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default().ray_query(true);
+        let mut pipeline =
+            vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default().ray_tracing_pipeline(true);
         let mut info = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
             .enabled_extension_names(&extensions)
+            .enabled_features(&plain)
             .push_next(&mut addresses)
             .push_next(&mut maintenance);
-        if ray_query {
-            info = info.push_next(&mut structures).push_next(&mut query);
-        }
+        info = match form {
+            Intersection::RayQuery => info.push_next(&mut structures).push_next(&mut query),
+            Intersection::Pipeline => info.push_next(&mut structures).push_next(&mut pipeline),
+            Intersection::Software => info,
+        };
         // SAFETY: valid: the device has said that it has what is asked for.
         let device = unsafe { driver.instance.create_device(physical.handle, &info, None) }?;
         let pool = vk::CommandPoolCreateInfo::default()
@@ -281,11 +341,12 @@ impl Gpu {
                 device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None)?,
             )
         };
-        let structures =
-            ray_query.then(|| khr::acceleration_structure::Device::new(&driver.instance, &device));
+        let structures = traced.then(|| khr::acceleration_structure::Device::new(&driver.instance, &device));
+        let pipelines = piped.then(|| khr::ray_tracing_pipeline::Device::new(&driver.instance, &device));
         Ok(Gpu {
             device,
             structures,
+            pipelines,
             limits: physical.limits,
             memory: physical.memory,
             cache,
@@ -300,6 +361,11 @@ impl Gpu {
     /// The functions of acceleration structures.
     pub fn structures(&self) -> Result<&khr::acceleration_structure::Device, Error> {
         self.structures.as_ref().ok_or_else(|| self.error("opened without acceleration structures"))
+    }
+
+    /// The functions of ray-tracing pipelines.
+    pub fn pipelines(&self) -> Result<&khr::ray_tracing_pipeline::Device, Error> {
+        self.pipelines.as_ref().ok_or_else(|| self.error("opened without ray-tracing pipelines"))
     }
 
     /// The error that this device has failed with the given message.

@@ -5,6 +5,7 @@
 //! * `acceleration_structure`: the driver's hierarchy over our triangles.
 //! * `shader`: WGSL to SPIR-V.
 //! * `pipeline`: an entry point with what is bound to it.
+//! * `binding_table`: the shaders of a ray-tracing pipeline, as rays find them.
 //! * `kernel`: a prepared scene on the device.
 //! * `tracer`: batches of camera rays through the kernel.
 //!
@@ -21,6 +22,7 @@
 //! * **valid**: structures are filled as the specification asks, with lifetimes that the borrow checker sees.
 
 mod acceleration_structure;
+mod binding_table;
 mod device;
 mod kernel;
 mod memory;
@@ -45,13 +47,16 @@ pub const VULKAN: Backend = Backend {
 pub enum Intersection {
     /// Ray queries from a compute shader.
     RayQuery,
+    /// A ray-tracing pipeline, whose ray-generation shader follows the paths.
+    Pipeline,
     /// The SBVH of `accel`, traversed in a compute shader.
     Software,
 }
 
 impl Intersection {
     /// Every form, the best first.
-    pub const ALL: [Intersection; 2] = [Intersection::RayQuery, Intersection::Software];
+    pub const ALL: [Intersection; 3] =
+        [Intersection::RayQuery, Intersection::Pipeline, Intersection::Software];
 
     /// The Vulkan backend held to this form: only the devices that offer it, and used whatever the scene.
     ///
@@ -68,6 +73,11 @@ impl Intersection {
                 open: |device, scene, options| open_with(Intersection::RayQuery, device, scene, options),
                 ..VULKAN
             },
+            Intersection::Pipeline => Backend {
+                devices: || device::devices_with(Intersection::Pipeline),
+                open: |device, scene, options| open_with(Intersection::Pipeline, device, scene, options),
+                ..VULKAN
+            },
             Intersection::Software => Backend {
                 devices: || device::devices_with(Intersection::Software),
                 open: |device, scene, options| open_with(Intersection::Software, device, scene, options),
@@ -80,6 +90,7 @@ impl Intersection {
     pub fn name(self) -> &'static str {
         match self {
             Intersection::RayQuery => "ray query",
+            Intersection::Pipeline => "ray-tracing pipeline",
             Intersection::Software => "software BVH in compute",
         }
     }

@@ -61,7 +61,9 @@ pub(crate) fn ignore_at_early_returns(words: &mut [u32]) -> Result<(), String> {
         }
         at += length;
     }
-    let [early @ .., _last] = &returns[..] else { return Err("the shader has no any-hit entry point".into()) };
+    let [early @ .., _last] = &returns[..] else {
+        return Err("the shader has no any-hit entry point".into());
+    };
     for at in early {
         words[*at] = 1 << 16 | OP_IGNORE_INTERSECTION_KHR;
     }
