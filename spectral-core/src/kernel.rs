@@ -143,7 +143,8 @@ impl Form {
     /// WGSL cannot say that an any-hit shader ignores a candidate: `consider` does where it returns before its end,
     /// and the backend has to see to it.
     pub fn trace_pipeline(&self) -> String {
-        "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned() + &self.traced([INTERSECT_PIPELINE, MAIN_PIPELINE])
+        "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned()
+            + &self.traced([INTERSECT_PIPELINE, MAIN_PIPELINE])
     }
 
     fn traced(&self, [intersect, main]: [&str; 2]) -> String {

@@ -5,7 +5,7 @@ use naga::{
     valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
 };
 use spectral_core::kernel::{
-    Form, INTERSECT_PLANES,
+    ENABLE_RAY_QUERY, Form, INTERSECT_PLANES, INTERSECT_RAY_QUERY,
     block::{Gathering, Plane, Primary, Scene, Seen, Work, ray_bytes, walk_bytes},
 };
 use std::mem::offset_of;
@@ -20,8 +20,8 @@ fn parsed(source: &str) -> Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
 }
 
-fn validated(module: &Module, source: &str) -> ModuleInfo {
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
+fn validated(module: &Module, source: &str, able: Capabilities) -> ModuleInfo {
+    Validator::new(ValidationFlags::all(), able)
         .validate(module)
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
 }
@@ -31,11 +31,26 @@ fn every_form_is_valid() {
     for form in forms() {
         for (source, entry) in [(form.trace(INTERSECT_PLANES), "trace"), (form.gather(), "gather")] {
             let module = parsed(&source);
-            validated(&module, &source);
+            validated(&module, &source, Capabilities::empty());
             assert_eq!(module.entry_points.len(), 1);
             assert_eq!(module.entry_points[0].name, entry);
             assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
         }
+    }
+}
+
+#[test]
+fn ray_tracing_forms_are_valid() {
+    for form in forms() {
+        let queried = ENABLE_RAY_QUERY.to_owned() + &form.trace(INTERSECT_RAY_QUERY);
+        let module = parsed(&queried);
+        validated(&module, &queried, Capabilities::RAY_QUERY);
+        assert_eq!(module.entry_points.len(), 1);
+        let piped = form.trace_pipeline();
+        let module = parsed(&piped);
+        validated(&module, &piped, Capabilities::RAY_TRACING_PIPELINE | Capabilities::PRIMITIVE_INDEX);
+        let names: Vec<_> = module.entry_points.iter().map(|entry| entry.name.as_str()).collect();
+        assert_eq!(names, ["trace", "consider", "pass_by"]);
     }
 }
 

@@ -35,12 +35,12 @@ fn main() {
         gallery().into_iter().map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() })).collect();
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     let mut trials = Vec::new();
-    let vulkan = Intersection::ALL.map(Intersection::backend);
-    for backend in [CPU, WGPU].into_iter().chain(vulkan) {
+    let vulkan = Intersection::ALL.map(|form| (form.backend(), form.name()));
+    for (backend, form) in [(CPU, ""), (WGPU, "")].into_iter().chain(vulkan) {
         let devices = (backend.devices)();
         if devices.is_empty() {
             let missing = required.split(',').any(|name| name.trim() == backend.name);
-            let name = format!("[{}] has a device", backend.name);
+            let name = format!("[{}] has a device {form}", backend.name).trim_end().to_owned();
             trials.push(
                 Trial::test(name, || Err("no device on this machine".into())).with_ignored_flag(!missing),
             );
