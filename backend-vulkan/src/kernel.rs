@@ -46,7 +46,7 @@ enum Surfaces {
 }
 
 impl Kernel {
-    /// Uploads a scene. `form` is how rays find surfaces; `lone_planes` lets the planes of a lone convex stone do.
+    /// Uploads a scene. `lone_planes` lets rays find a lone convex stone by its planes, whatever `intersection` says.
     pub fn new(
         gpu: &Arc<Gpu>,
         scene: &PreparedScene,

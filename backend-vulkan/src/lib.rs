@@ -15,8 +15,8 @@
 //! # Unsafe code
 //! Every call of the API is unsafe. What they ask for falls into a few rules, which the comments refer to:
 //! * **alive**: handles passed were created from the same device and are destroyed by the `Drop` of the value that
-//!   owns them. Whatever owns one holds its [`Gpu`](device::Gpu) too, so the device goes last.
-//! * **idle**: one queue, one thread, and every submission is waited for before [`Gpu::submit`](device::Gpu::submit)
+//!   owns them. Whatever owns one holds its `Gpu` too, so the device goes last.
+//! * **idle**: one queue, one thread, and every submission is waited for before `Gpu::submit`
 //!   returns, so nothing that the host writes, reads or destroys is in use. If the wait fails or the device hangs,
 //!   the device counts as failed for good and what it may still use is leaked.
 //! * **valid**: structures are filled as the specification asks, with lifetimes that the borrow checker sees.

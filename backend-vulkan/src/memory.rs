@@ -92,7 +92,7 @@ impl Buffer {
     /// A buffer of `bytes`, at least 256.
     ///
     /// # Errors
-    /// [`Error::Device`] where it exceeds the device's limits or memory.
+    /// [`Error::Device`] where memory runs out.
     pub fn new(
         gpu: &Arc<Gpu>,
         what: &str,
@@ -101,13 +101,6 @@ impl Buffer {
         place: Place,
     ) -> Result<Self, Error> {
         let bytes = bytes.next_multiple_of(16).max(256);
-        let limit = gpu.limits.storage;
-        if usage.contains(vk::BufferUsageFlags::STORAGE_BUFFER) && bytes > limit {
-            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
-            let message =
-                format!("{what} need {} MiB; this device binds at most {} MiB", mib(bytes), mib(limit));
-            return Err(gpu.error(message));
-        }
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: valid.
         let handle = unsafe { gpu.device.create_buffer(&info, None) }.map_err(gpu.failure(what))?;
@@ -131,8 +124,18 @@ impl Buffer {
     }
 
     /// A buffer on the device for shaders, and for copies to and from it.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where it exceeds what shaders may bind, or memory runs out.
     pub fn storage(gpu: &Arc<Gpu>, what: &str, bytes: u64) -> Result<Self, Error> {
         use vk::BufferUsageFlags as Usage;
+        let limit = gpu.limits.storage;
+        if bytes > limit {
+            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+            let message =
+                format!("{what} need {} MiB; this device binds at most {} MiB", mib(bytes), mib(limit));
+            return Err(gpu.error(message));
+        }
         let usage = Usage::STORAGE_BUFFER | Usage::TRANSFER_DST | Usage::TRANSFER_SRC;
         Self::new(gpu, what, bytes, usage, Place::Device)
     }
