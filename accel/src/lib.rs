@@ -69,6 +69,7 @@ mod bvh;
 mod error;
 mod ray;
 mod sbvh;
+pub mod software;
 pub mod stats;
 pub mod testing;
 mod traverse;

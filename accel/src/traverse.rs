@@ -24,9 +24,9 @@ use crate::triangle::Shear;
 use crate::{Bvh, Hit, Ray};
 
 /// `δ / R`, see above: 48 · 2⁻²⁴.
-const WIDENING: f32 = 48.0 / 16_777_216.0;
+pub(crate) const WIDENING: f32 = 48.0 / 16_777_216.0;
 /// Largest `|i|` in units of `1 / |direction|∞`.
-const STEEPEST: f64 = 8_388_608.0;
+pub(crate) const STEEPEST: f64 = 8_388_608.0;
 
 /// A ray in the builder's units, with the direction scaled to a largest component of 1: slab distances are
 /// then of the size of the mesh.

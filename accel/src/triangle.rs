@@ -20,6 +20,14 @@ impl Triangle {
     pub fn new(corners: [Vec3; 3], number: u32) -> Triangle {
         Triangle { corners, number }
     }
+
+    pub fn corners(&self) -> [Vec3; 3] {
+        self.corners
+    }
+
+    pub fn number(&self) -> u32 {
+        self.number
+    }
 }
 
 /// What is the same for each triangle that a ray meets.

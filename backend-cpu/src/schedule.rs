@@ -9,7 +9,7 @@ use spectral_core::{
     Error,
     film::{Film, PixelSample, Tile, TileSums},
     prepare::{PreparedScene, SpectralTable},
-    tracer::{OpenOptions, Progress, TraceReport},
+    tracer::{OpenOptions, Progress, TraceReport, check_call},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -63,7 +63,7 @@ pub(crate) fn trace<K: PixelTracer>(
     film: &mut Film,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<TraceReport, Error> {
-    check(scene, &samples, film)?;
+    check_call(scene, &samples, film)?;
     let start = Instant::now();
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(options.threads.unwrap_or(0))
@@ -89,21 +89,6 @@ pub(crate) fn trace<K: PixelTracer>(
         build: Duration::ZERO,
         trace: start.elapsed(),
     })
-}
-
-fn check(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> Result<(), Error> {
-    if (film.width(), film.height(), film.wavelength_count())
-        != (scene.width, scene.height, film_wavelengths(scene))
-    {
-        let found =
-            format!("{} × {} with {} wavelengths", film.width(), film.height(), film.wavelength_count());
-        return Err(Error::value("film", found, "the film of this scene, from Film::new"));
-    }
-    if samples.end > scene.settings.samples {
-        let expected = format!("samples within the {} prepared", scene.settings.samples);
-        return Err(Error::value("samples", format!("{samples:?}"), expected));
-    }
-    Ok(())
 }
 
 fn film_wavelengths(scene: &PreparedScene) -> usize {

@@ -3,13 +3,13 @@
 //! A ray knows the stones it is in ([`Nest`]). It can only enter a stone it is outside of and leave one it is
 //! inside of; candidates that say otherwise (the surface it starts on, a touching stone's face) are passed
 //! over. What remains of self-intersection is handled by an error bound rather than an offset: rounding puts
-//! the start at most [`Surfaces::margin`] beyond a plane, so hits that little behind the start still count.
+//! the start at most [`Rounding::margin`] beyond a plane, so hits that little behind the start still count.
 
 use accel::{Bvh, Hit, Ray};
 use glam::Vec3;
 use spectral_core::{
     Error,
-    prepare::{Nest, PreparedScene, Rank},
+    prepare::{Nest, PreparedScene, Rank, Rounding},
 };
 
 /// A facet plane in single precision.
@@ -40,18 +40,10 @@ pub(crate) struct Surfaces {
     facet_of: Vec<u32>,
     planes: Vec<Plane>,
     material_of_rank: Vec<u32>,
-    /// Largest distance by which rounding puts the start of a ray beyond the surface it starts on.
-    margin: f32,
-    /// How far behind its start a ray may meet a plane that the start is `margin` beyond: grazing ones lie far.
-    behind: f32,
-    /// Distance between surfaces in optical contact; 0 where no two stones come near each other.
-    contact: f32,
+    rounding: Rounding,
 }
 
 impl Surfaces {
-    /// Surfaces of one ray that are no optical interface are crossed at most so many times.
-    const MOST_CROSSINGS: usize = 10_000;
-
     pub fn new(scene: &PreparedScene) -> Result<Self, Error> {
         let geometry = &scene.geometry;
         let positions: Vec<Vec3> = geometry.positions.iter().map(|p| p.as_vec3()).collect();
@@ -62,7 +54,6 @@ impl Surfaces {
             offset: f.offset as f32,
             rank: geometry.stones[f.stone as usize].rank,
         };
-        let radius = geometry.radius as f32;
         let material_of_rank =
             geometry.stone_of_rank.iter().map(|&s| geometry.stones[s as usize].material).collect();
         Ok(Surfaces {
@@ -70,14 +61,7 @@ impl Surfaces {
             facet_of: geometry.facet_of.clone(),
             planes: geometry.facets.iter().map(plane).collect(),
             material_of_rank,
-            // origin + t·direction rounds three times in each coordinate, plane and vertex once more.
-            margin: 8.0 * f32::EPSILON * radius,
-            behind: 1e-2 * radius,
-            contact: if geometry.contacts {
-                spectral_core::prepare::Geometry::CONTACT as f32 * radius
-            } else {
-                0.0
-            },
+            rounding: geometry.rounding(),
         })
     }
 
@@ -90,7 +74,7 @@ impl Surfaces {
     /// The next optical interface along a ray, or `None` if it meets no more.
     pub fn next(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Crossing> {
         let (mut at, mut travelled, mut nest) = (origin, 0.0, nest);
-        for _ in 0..Self::MOST_CROSSINGS {
+        for _ in 0..Rounding::MOST_CROSSINGS {
             let crossing = self.nearest(at, direction, nest)?;
             let same = self.optics(crossing.before) == self.optics(crossing.after);
             if !same {
@@ -122,13 +106,13 @@ impl Surfaces {
     /// The nearest triangle whose surface the ray can cross.
     #[inline]
     fn cast(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Hit> {
-        let ray = Ray { origin, direction, t_min: -self.behind, t_max: f32::INFINITY };
+        let ray = Ray { origin, direction, t_min: -self.rounding.behind, t_max: f32::INFINITY };
         self.bvh.closest(&ray, |hit| {
             let plane = self.plane(hit);
             let leaving = plane.normal.dot(direction) > 0.0;
             let gap = plane.offset - plane.normal.dot(origin);
             let ahead = if leaving { gap } else { -gap };
-            leaving == nest.contains(plane.rank) && ahead >= -self.margin
+            leaving == nest.contains(plane.rank) && ahead >= -self.rounding.margin
         })
     }
 
@@ -141,8 +125,10 @@ impl Surfaces {
             return None;
         }
         let sides = [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z];
-        [4.0, 64.0].into_iter().find_map(|step| {
-            sides.iter().find_map(|&side| self.cast(origin + side * (step * self.margin), direction, nest))
+        Rounding::RESCUE.into_iter().find_map(|step| {
+            sides
+                .iter()
+                .find_map(|&side| self.cast(origin + side * (step * self.rounding.margin), direction, nest))
         })
     }
 
@@ -150,18 +136,18 @@ impl Surfaces {
     fn distance(&self, plane: &Plane, hit: &Hit, origin: Vec3, direction: Vec3) -> f32 {
         let towards = plane.normal.dot(direction);
         let exact = (plane.offset - plane.normal.dot(origin)) / towards;
-        let slack = self.margin / towards.abs().max(1e-6);
+        let slack = self.rounding.margin / towards.abs().max(Rounding::GRAZING);
         (if (exact - hit.t).abs() <= slack { exact } else { hit.t }).max(0.0)
     }
 
     /// The nest after crossing `first` and every face of another stone that lies on it.
     fn with_contacts(&self, origin: Vec3, direction: Vec3, distance: f32, first: &Plane, nest: Nest) -> Nest {
         let mut after = nest.toggled(first.rank);
-        if self.contact == 0.0 {
+        if self.rounding.contact == 0.0 {
             return after;
         }
-        let towards = first.normal.dot(direction).abs().max(1e-6);
-        let window = self.contact / towards;
+        let towards = first.normal.dot(direction).abs().max(Rounding::GRAZING);
+        let window = self.rounding.contact / towards;
         let ray = Ray { origin, direction, t_min: distance - window, t_max: distance + window };
         let mut crossed = Nest::default().toggled(first.rank);
         for _ in 1..Nest::CAPACITY {
@@ -170,7 +156,7 @@ impl Surfaces {
                 let leaving = plane.normal.dot(direction) > 0.0;
                 !crossed.contains(plane.rank)
                     && leaving == after.contains(plane.rank)
-                    && plane.normal.dot(first.normal).abs() > 0.999
+                    && plane.normal.dot(first.normal).abs() > Rounding::PARALLEL
             });
             let Some(hit) = contact else { break };
             let rank = self.plane(&hit).rank;

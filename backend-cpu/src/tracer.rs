@@ -9,7 +9,6 @@ use crate::{
     throughput::{Polarized, Throughput},
     tree::{Ray, Tree},
 };
-use glam::DVec3;
 use spectral_core::{
     Error,
     camera::CameraRay,
@@ -176,7 +175,7 @@ impl Kernel {
         radiance: &mut [f64],
         work: &mut Work<'_, Scratch<P>>,
     ) -> bool {
-        let Some(start) = approach(ray, self.scene.geometry.radius) else { return false };
+        let Some(start) = self.scene.geometry.approach(ray) else { return false };
         let (origin, direction) = (start.as_vec3(), ray.direction.as_vec3());
         let nest = self.scene.eye_nest;
         let Some(first) = tree.surfaces.next(origin, direction, nest) else { return false };
@@ -187,17 +186,4 @@ impl Kernel {
         }
         true
     }
-}
-
-/// The point where a camera ray comes near the stones, in double precision: single precision is then spent
-/// on the stones and not on the way to them. `None` if it passes them by.
-fn approach(ray: &CameraRay, radius: f64) -> Option<DVec3> {
-    let reach = radius * 1.001;
-    let middle = -ray.origin.dot(ray.direction);
-    let across2 = (ray.origin + ray.direction * middle).length_squared();
-    let half2 = reach * reach - across2;
-    if half2 < 0.0 || middle + half2.sqrt() < 0.0 {
-        return None;
-    }
-    Some(ray.origin + ray.direction * (middle - half2.sqrt()).max(0.0))
 }

@@ -4,7 +4,8 @@ use crate::Error;
 use spectral_core::tracer::{Backend, DeviceInfo};
 
 /// Every backend, in the order in which `auto` considers them.
-static BACKENDS: [Backend; 2] = [backend_cpu::CPU, backend_cpu::REFERENCE];
+static BACKENDS: [Backend; 4] =
+    [backend_cpu::CPU, backend_wgpu::WGPU, backend_vulkan::VULKAN, backend_cpu::REFERENCE];
 
 /// The name that lets the program choose.
 pub const AUTO: &str = "auto";

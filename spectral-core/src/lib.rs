@@ -90,6 +90,8 @@ pub mod environment;
 #[cfg(feature = "render")]
 pub mod film;
 #[cfg(feature = "render")]
+pub mod kernel;
+#[cfg(feature = "render")]
 pub mod mesh;
 #[cfg(feature = "render")]
 pub mod prepare;

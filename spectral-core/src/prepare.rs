@@ -6,10 +6,12 @@
 
 mod geometry;
 mod nest;
+mod rounding;
 mod spectral;
 
 pub use geometry::{FacetPlane, Geometry, PreparedStone};
 pub use nest::{Nest, Rank};
+pub use rounding::Rounding;
 pub use spectral::{Medium, SpectralTable};
 
 use crate::{

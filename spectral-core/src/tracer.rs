@@ -82,6 +82,25 @@ pub trait Tracer: Send {
     ) -> Result<TraceReport, Error>;
 }
 
+/// Refuses a call of [`Tracer::trace`] for a film of another scene or samples that were not prepared; for
+/// backends to begin with.
+///
+/// # Errors
+/// [`Error::Value`].
+pub fn check_call(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> Result<(), Error> {
+    let wavelengths = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
+    if (film.width(), film.height(), film.wavelength_count()) != (scene.width, scene.height, wavelengths) {
+        let found =
+            format!("{} × {} with {} wavelengths", film.width(), film.height(), film.wavelength_count());
+        return Err(Error::value("film", found, "the film of this scene, from Film::new"));
+    }
+    if samples.end > scene.settings.samples {
+        let expected = format!("samples within the {} prepared", scene.settings.samples);
+        return Err(Error::value("samples", format!("{samples:?}"), expected));
+    }
+    Ok(())
+}
+
 /// What a call of [`Tracer::trace`] did.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TraceReport {

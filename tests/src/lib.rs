@@ -3,7 +3,10 @@
 //!
 //! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
 
+pub mod agreement;
 pub mod compare;
+pub mod gallery;
+pub mod gpu;
 pub mod light;
 pub mod render;
 pub mod scene;

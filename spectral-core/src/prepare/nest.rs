@@ -28,6 +28,11 @@ impl Nest {
     /// How many stones may overlap at one point; of more, the lowest ranks are forgotten.
     pub const CAPACITY: usize = 6;
 
+    /// The ranks in descending order.
+    pub(crate) fn ranks(&self) -> &[Rank] {
+        &self.ranks[..self.len as usize]
+    }
+
     /// Whether the point lies in no stone.
     pub fn is_empty(&self) -> bool {
         self.len == 0

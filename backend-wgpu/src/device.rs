@@ -1,0 +1,214 @@
+//! Adapters, their limits, and what they say when they fail.
+
+use pollster::block_on;
+use spectral_core::{Error, tracer::DeviceInfo};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Storage buffers that the kernel binds.
+const STORAGE_BUFFERS: u32 = 8;
+/// Invocations a workgroup: a multiple of every subgroup size in use.
+pub(crate) const WORKGROUP: u32 = 64;
+
+/// The adapters of this machine that can run the kernel: hardware first; OpenGL last, and only for devices that no
+/// other API offers. Empty where there is no driver, which is no error.
+pub fn adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut adapters = block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.retain(able);
+    let infos: Vec<_> = adapters.iter().map(wgpu::Adapter::get_info).collect();
+    let mut through_gl = infos.iter().map(|info| info.backend == wgpu::Backend::Gl && twice(info, &infos));
+    adapters.retain(|_| !through_gl.next().unwrap_or_default());
+    adapters.sort_by_key(|adapter| {
+        let info = adapter.get_info();
+        (info.device_type == wgpu::DeviceType::Cpu, info.backend == wgpu::Backend::Gl)
+    });
+    adapters
+}
+
+/// Whether another API offers the same device; OpenGL likes to append to its name.
+fn twice(info: &wgpu::AdapterInfo, all: &[wgpu::AdapterInfo]) -> bool {
+    all.iter().any(|other| other.backend != wgpu::Backend::Gl && info.name.starts_with(&other.name))
+}
+
+fn able(adapter: &wgpu::Adapter) -> bool {
+    let limits = adapter.limits();
+    adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
+        && limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS
+        && limits.max_compute_workgroup_size_x >= WORKGROUP
+        && limits.max_compute_invocations_per_workgroup >= WORKGROUP
+}
+
+/// What this machine offers.
+pub(crate) fn devices() -> Vec<DeviceInfo> {
+    adapters().iter().enumerate().map(|(index, adapter)| describe(index, adapter)).collect()
+}
+
+fn describe(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
+    let info = adapter.get_info();
+    let driver = format!("{} {} ({})", info.driver, info.driver_info, info.backend);
+    DeviceInfo {
+        backend: "wgpu",
+        index,
+        name: info.name,
+        driver: driver.trim().to_owned(),
+        memory: 0,
+        intersection: "SBVH, or facet planes for one convex stone, in compute shaders",
+        hardware: info.device_type != wgpu::DeviceType::Cpu,
+    }
+}
+
+/// An open device.
+#[derive(Debug)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What may be asked of it.
+    pub limits: wgpu::Limits,
+    name: String,
+    /// The first failure that the driver reported.
+    failure: Arc<Mutex<Option<String>>>,
+}
+
+impl Gpu {
+    /// Opens one of [`WGPU`](crate::WGPU)'s devices.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where it is no longer there, or refuses.
+    pub fn open(info: &DeviceInfo) -> Result<Self, Error> {
+        let adapter = adapters()
+            .into_iter()
+            .nth(info.index)
+            .filter(|adapter| adapter.get_info().name == info.name)
+            .ok_or_else(|| failed(&info.name, "the device is no longer there"))?;
+        Self::of(&adapter)
+    }
+
+    /// Opens an adapter.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where it refuses.
+    pub fn of(adapter: &wgpu::Adapter) -> Result<Self, Error> {
+        let name = adapter.get_info().name;
+        let limits = adapter.limits();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("gemtrace"),
+            required_limits: limits.clone(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let (device, queue) =
+            block_on(adapter.request_device(&descriptor)).map_err(|e| failed(&name, &e.to_string()))?;
+        let failure = Arc::new(Mutex::new(None));
+        let first = failure.clone();
+        device.on_uncaptured_error(Arc::new(move |error| note(&first, plain(&error))));
+        let first = failure.clone();
+        device.set_device_lost_callback(move |reason, message| {
+            if reason != wgpu::DeviceLostReason::Destroyed {
+                note(&first, format!("the device was lost: {message}"));
+            }
+        });
+        Ok(Gpu { device, queue, limits, name, failure })
+    }
+
+    /// The error that this device has failed with the given message.
+    pub fn error(&self, message: impl AsRef<str>) -> Error {
+        failed(&self.name, message.as_ref())
+    }
+
+    /// Fails if the driver has reported a failure.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn check(&self) -> Result<(), Error> {
+        match &*self.failure.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(message) => Err(self.error(message)),
+            None => Ok(()),
+        }
+    }
+
+    /// A storage buffer of `bytes`, at least one block of 256, to be written by the host, and read back if `read`.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where it exceeds the device's limits or memory.
+    pub fn storage(&self, what: &str, bytes: u64, read: bool) -> Result<wgpu::Buffer, Error> {
+        let size = bytes.next_multiple_of(16).max(256);
+        let limit = self.largest_buffer();
+        if size > limit {
+            let mib = |bytes: u64| bytes.div_ceil(1 << 20);
+            let message =
+                format!("{what} need {} MiB; this device binds at most {} MiB", mib(size), mib(limit));
+            return Err(self.error(message));
+        }
+        let mut usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+        if read {
+            usage |= wgpu::BufferUsages::COPY_SRC;
+        }
+        self.buffer(what, size, usage)
+    }
+
+    /// A storage buffer with the given contents.
+    ///
+    /// # Errors
+    /// As [`Gpu::storage`].
+    pub fn filled(&self, what: &str, contents: &[u8]) -> Result<wgpu::Buffer, Error> {
+        let buffer = self.storage(what, contents.len() as u64, false)?;
+        self.queue.write_buffer(&buffer, 0, contents);
+        Ok(buffer)
+    }
+
+    /// A buffer, or the device's refusal.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn buffer(&self, what: &str, size: u64, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer, Error> {
+        self.attempt(what, || {
+            self.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(what),
+                size,
+                usage,
+                mapped_at_creation: false,
+            })
+        })
+    }
+
+    /// Bytes of the largest storage buffer.
+    pub fn largest_buffer(&self) -> u64 {
+        self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size)
+    }
+
+    /// Makes something on the device; its failure becomes an error that names `what`.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn attempt<T>(&self, what: &str, make: impl FnOnce() -> T) -> Result<T, Error> {
+        let filters =
+            [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal];
+        let [a, b, c] = filters.map(|filter| self.device.push_error_scope(filter));
+        let made = make();
+        // Scopes close from the innermost out.
+        for scope in [c, b, a] {
+            if let Some(error) = block_on(scope.pop()) {
+                return Err(self.error(format!("{what}: {}", plain(&error))));
+            }
+        }
+        Ok(made)
+    }
+}
+
+fn failed(device: &str, message: &str) -> Error {
+    Error::Device { device: device.to_owned(), message: message.to_owned() }
+}
+
+fn note(first: &Mutex<Option<String>>, message: String) {
+    first.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+}
+
+fn plain(error: &wgpu::Error) -> String {
+    match error {
+        wgpu::Error::OutOfMemory { .. } => "the device has no memory left".to_owned(),
+        wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
+            description.clone()
+        }
+    }
+}

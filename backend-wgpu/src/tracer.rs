@@ -1,0 +1,73 @@
+//! A scene's kernel on an open adapter.
+
+use crate::{
+    batch::{Batch, most_samples},
+    device::Gpu,
+    pipeline::Kernel,
+};
+use spectral_core::{
+    Error,
+    kernel::{
+        block::Primary,
+        schedule::{Finished, KernelTracer, Launch, PATH_MEMORY},
+    },
+    prepare::PreparedScene,
+    tracer::{DeviceInfo, OpenOptions, Tracer},
+};
+use std::sync::Arc;
+use std::time::Instant;
+
+/// Opens an adapter for a scene.
+pub(crate) fn open(
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
+    let start = Instant::now();
+    let gpu = Gpu::open(device)?;
+    let kernel = Kernel::new(&gpu, &scene)?;
+    let lines = scene.wavelength_count() as u32;
+    let spectral = scene.settings.spectral;
+    let batch = Batch::new(&gpu, &kernel, 1, lines, spectral)?;
+    batch.warm_up(&gpu, &kernel)?;
+    let most = most_samples(&gpu, &kernel, lines, PATH_MEMORY);
+    let launch = WgpuLaunch { gpu, kernel, lines, spectral, most, batch, rays: 0 };
+    Ok(Box::new(KernelTracer::new(device, launch, scene, options, start.elapsed())?))
+}
+
+struct WgpuLaunch {
+    gpu: Gpu,
+    kernel: Kernel,
+    /// Wavelengths a pixel sample.
+    lines: u32,
+    spectral: bool,
+    /// Pixel samples that a batch may hold.
+    most: u32,
+    /// Grows with the batches.
+    batch: Batch,
+    /// Camera rays in the batch.
+    rays: u32,
+}
+
+impl Launch for WgpuLaunch {
+    fn most_samples(&self) -> u32 {
+        self.most
+    }
+
+    fn begin(&mut self, rays: &[Primary]) -> Result<(), Error> {
+        self.rays = rays.len() as u32;
+        if self.batch.samples < self.rays {
+            self.batch = Batch::new(&self.gpu, &self.kernel, self.rays, self.lines, self.spectral)?;
+        }
+        self.batch.begin(&self.gpu, rays);
+        Ok(())
+    }
+
+    fn dispatch(&mut self, budget: u32, resume: bool, beat: &mut dyn FnMut()) -> Result<Finished, Error> {
+        self.batch.dispatch(&self.gpu, &self.kernel, self.rays, budget, resume, beat)
+    }
+
+    fn error(&self, message: String) -> Error {
+        self.gpu.error(message)
+    }
+}

@@ -1,0 +1,167 @@
+//! The light transport as WGSL, written once for every GPU backend.
+//!
+//! The sources in `kernel/*.wgsl` mirror the Rust modules name for name and stand beside them; each is checked
+//! against its Rust twin. A shader is their plain concatenation, after the constants that are generated from Rust:
+//! no preprocessor, no build script. WGSL lets declarations stand in any order, so the order of the parts means
+//! nothing.
+//!
+//! Only `intersect` is swapped (`surface.wgsl` states its contract): [`INTERSECT_PLANES`] for one convex stone; a
+//! bounding volume hierarchy or the device's own ray tracing for anything else.
+//!
+//! ```text
+//! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
+//!        + intersect + walk + tree + main_trace + main_compute
+//! gather = constants + scene + line + nest + fresnel + stokes + throughput + walk + main_gather
+//! ```
+//!
+//! A work item is a pixel sample at one wavelength. `trace` follows its tree of rays with a bounded stack and a
+//! bounded number of rays a dispatch; `gather` sums a sample's wavelengths. [`block`] has the Rust twins of what
+//! passes between host and device, [`pack`] fills them from a [`PreparedScene`](crate::prepare::PreparedScene).
+//! [`texel`] does the same for the light, and [`schedule`] drives the device.
+
+pub mod block;
+pub mod pack;
+pub mod schedule;
+pub mod texel;
+
+use crate::{
+    prepare::{Nest, Rounding},
+    settings::RenderSettings,
+};
+use std::fmt::Write;
+
+/// `intersect` for one convex stone, by the planes of its facets.
+pub const INTERSECT_PLANES: &str = include_str!("kernel/intersect_planes.wgsl");
+
+/// `intersect` by ray queries on the device's own hierarchy. A shader with it begins with [`ENABLE_RAY_QUERY`].
+pub const INTERSECT_RAY_QUERY: &str =
+    concat!(include_str!("kernel/candidate.wgsl"), include_str!("kernel/intersect_ray_query.wgsl"));
+/// What a shader with [`INTERSECT_RAY_QUERY`] begins with.
+pub const ENABLE_RAY_QUERY: &str = "enable wgpu_ray_query;\n";
+/// `intersect` by a ray-tracing pipeline; for [`Form::trace_pipeline`].
+const INTERSECT_PIPELINE: &str =
+    concat!(include_str!("kernel/candidate.wgsl"), include_str!("kernel/intersect_pipeline.wgsl"));
+
+/// Fresnel's equations; needs the constants only.
+pub const FRESNEL: &str = include_str!("kernel/fresnel.wgsl");
+/// Stokes rows and their frames; needs [`FRESNEL`].
+pub const STOKES: &str = include_str!("kernel/stokes.wgsl");
+/// The set of stones that a ray is in; needs the constants only.
+pub const NEST: &str = include_str!("kernel/nest.wgsl");
+/// The block that is the same for every ray.
+pub const SCENE: &str = include_str!("kernel/scene.wgsl");
+/// Wavelengths and their optics; needs [`SCENE`].
+pub const LINE: &str = include_str!("kernel/line.wgsl");
+/// The environment; needs [`SCENE`] and [`LINE`].
+pub const LIGHT: &str = include_str!("kernel/light.wgsl");
+
+const DIRECTION: &str = include_str!("kernel/direction.wgsl");
+const SURFACE: &str = include_str!("kernel/surface.wgsl");
+const WALK: &str = include_str!("kernel/walk.wgsl");
+const TREE: &str = include_str!("kernel/tree.wgsl");
+const MAIN_TRACE: &str = include_str!("kernel/main_trace.wgsl");
+const MAIN_COMPUTE: &str = include_str!("kernel/main_compute.wgsl");
+const MAIN_PIPELINE: &str = include_str!("kernel/main_pipeline.wgsl");
+const MAIN_GATHER: &str = include_str!("kernel/main_gather.wgsl");
+
+/// Vectors that a line takes in the optics before those of the materials.
+const LINE_VECTORS: u32 = 3;
+
+/// The choices that are made when a shader is assembled, each a constant in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Form {
+    /// Carry a Stokes row (true) or the mean of s and p.
+    pub polarized: bool,
+    /// Whether stones come near each other, so that contacts must be looked for.
+    pub contacts: bool,
+    /// Rays that may wait in a work item; see [`stack_places`].
+    pub stack: u32,
+    /// Invocations a workgroup.
+    pub workgroup: u32,
+}
+
+/// The stack that no path overflows under these settings, up to 32 places.
+///
+/// A walk goes on with the weaker child, which has at most half of its parent's throughput, so a ray that is
+/// stacked while n others wait has at most 2⁻ⁿ. Inside a stone rays below the threshold are spent; outside one
+/// they may be weaker still, but then split no more. With a threshold under 2⁻³⁰ a ray may be dropped, which is
+/// counted; it carries less than 2⁻³⁰ of the light.
+///
+/// ```
+/// use spectral_core::{kernel::stack_places, settings::RenderSettings};
+/// assert_eq!(stack_places(&RenderSettings { threshold: 1e-4, ..RenderSettings::default() }), 16);
+/// assert_eq!(stack_places(&RenderSettings { max_depth: 3, ..RenderSettings::default() }), 8);
+/// ```
+pub fn stack_places(settings: &RenderSettings) -> u32 {
+    let halvings = if settings.threshold > 0.0 { -settings.threshold.log2() } else { f64::INFINITY };
+    let by_threshold = (halvings.ceil() + 2.0).min(32.0) as u32;
+    // Rounded up, so that scenes share compiled shaders.
+    by_threshold.min(settings.max_depth + 1).next_multiple_of(8)
+}
+
+impl Form {
+    /// The WGSL text of these choices and of every constant that Rust owns.
+    pub fn constants(&self) -> String {
+        let mut text = String::from("// Generated from the Rust constants of the same meaning.\n");
+        let Form { contacts, stack, workgroup, .. } = *self;
+        let mut add = |name: &str, kind: &str, value: String| {
+            writeln!(text, "const {name}: {kind} = {value};").expect("a string takes any text");
+        };
+        add("EPSILON", "f32", wgsl(f32::EPSILON));
+        add("LARGEST", "f32", wgsl(f32::MAX));
+        add("NEST_CAPACITY", "u32", Nest::CAPACITY.to_string());
+        add("MOST_CROSSINGS", "u32", Rounding::MOST_CROSSINGS.to_string());
+        add("PARALLEL", "f32", wgsl(Rounding::PARALLEL));
+        add("GRAZING", "f32", wgsl(Rounding::GRAZING));
+        add("RESCUES", "u32", (6 * Rounding::RESCUE.len()).to_string());
+        add("RESCUE_NEAR", "f32", wgsl(Rounding::RESCUE[0]));
+        add("RESCUE_FAR", "f32", wgsl(Rounding::RESCUE[1]));
+        add("LINE_VECTORS", "u32", LINE_VECTORS.to_string());
+        add("CONTACTS", "bool", contacts.to_string());
+        add("STACK", "u32", stack.to_string());
+        add("WORKGROUP", "u32", workgroup.to_string());
+        text
+    }
+
+    fn throughput(&self) -> &'static str {
+        if self.polarized {
+            include_str!("kernel/throughput_polarized.wgsl")
+        } else {
+            include_str!("kernel/throughput_scalar.wgsl")
+        }
+    }
+
+    /// The shader with the entry point `trace`. `intersect` is the text of the form of intersection, with the
+    /// constants it needs.
+    pub fn trace(&self, intersect: &str) -> String {
+        self.traced([intersect, MAIN_COMPUTE])
+    }
+
+    /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and
+    /// `pass_by` (miss).
+    ///
+    /// WGSL cannot say that an any-hit shader ignores a candidate: `consider` does where it returns before its end,
+    /// and the backend has to see to it.
+    pub fn trace_pipeline(&self) -> String {
+        "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned()
+            + &self.traced([INTERSECT_PIPELINE, MAIN_PIPELINE])
+    }
+
+    fn traced(&self, [intersect, main]: [&str; 2]) -> String {
+        let constants = self.constants();
+        let optics = [SCENE, LINE, LIGHT, NEST, FRESNEL, STOKES, self.throughput()];
+        let transport = [DIRECTION, SURFACE, intersect, WALK, TREE, MAIN_TRACE, main];
+        [&[constants.as_str()], &optics[..], &transport[..]].concat().join("\n")
+    }
+
+    /// The shader with the entry point `gather`.
+    pub fn gather(&self) -> String {
+        let constants = self.constants();
+        [&constants, SCENE, LINE, NEST, FRESNEL, STOKES, self.throughput(), WALK, MAIN_GATHER].join("\n")
+    }
+}
+
+/// A single-precision number as a WGSL literal that is read back as the same number.
+pub fn wgsl(value: f32) -> String {
+    format!("{:?}", f64::from(value))
+}

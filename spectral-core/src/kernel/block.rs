@@ -1,0 +1,127 @@
+//! What passes between host and device: the Rust twins of the kernel's structures, byte for byte.
+
+use bytemuck::{Pod, Zeroable};
+
+/// The block that is the same for every ray (`scene.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Scene {
+    /// Linear sRGB from everywhere, where the light is no image.
+    pub light: [f32; 3],
+    /// Rotation of the image in turns, in [0, 1).
+    pub turn: f32,
+    /// [`Rounding::margin`](crate::prepare::Rounding::margin), mm.
+    pub margin: f32,
+    /// [`Rounding::behind`](crate::prepare::Rounding::behind), mm.
+    pub behind: f32,
+    /// [`Rounding::contact`](crate::prepare::Rounding::contact), mm.
+    pub contact: f32,
+    /// Throughput below which a ray inside a stone is spent.
+    pub threshold: f32,
+    /// The stones that the eye is in: [`Nest::marks`](crate::prepare::Nest::marks).
+    pub eye_nest: [u32; 3],
+    /// Surface events on a path.
+    pub max_depth: u32,
+    /// Wavelengths a pixel sample.
+    pub lines: u32,
+    /// Distinct materials.
+    pub materials: u32,
+    /// 1 where the light is an image.
+    pub image: u32,
+    /// 1 where rays leave at the depth limit, 0 where they are dropped.
+    pub leave_at_limit: u32,
+    /// 1 where nothing is seen past the stones.
+    pub transparent: u32,
+    /// Units of the hierarchy's builder per mm, where `intersect` has one.
+    pub builder_scale: f32,
+    /// What a texel of the image is to be multiplied by.
+    pub gain: f32,
+    /// Nothing.
+    pub padding: u32,
+}
+
+/// A facet plane (`surface.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Plane {
+    /// Unit, outward.
+    pub normal: [f32; 3],
+    /// mm from the local origin along the normal.
+    pub offset: f32,
+    /// Of its stone.
+    pub rank: u32,
+    /// Nothing.
+    pub padding: [u32; 3],
+}
+
+/// A camera ray near the stones (`walk.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Primary {
+    /// mm, local.
+    pub origin: [f32; 3],
+    /// The first line of the sample's table in the optics.
+    pub first_line: u32,
+    /// Unit.
+    pub direction: [f32; 3],
+    /// 0 where the ray passes the stones by.
+    pub near: u32,
+    /// Linear sRGB seen where the ray meets no stone.
+    pub background: [f32; 3],
+    /// Nothing.
+    pub padding: u32,
+}
+
+/// One dispatch of `trace` (`main_trace.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Work {
+    /// Work items: pixel samples × wavelengths.
+    pub items: u32,
+    /// Rays that an invocation follows at most.
+    pub budget: u32,
+    /// 0 begins the walks, 1 resumes them.
+    pub resume: u32,
+    /// Nothing.
+    pub padding: u32,
+}
+
+/// One dispatch of `gather` (`main_gather.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Gathering {
+    /// Pixel samples.
+    pub samples: u32,
+    /// 1 writes every radiance out.
+    pub spectral: u32,
+    /// Nothing.
+    pub padding: [u32; 2],
+}
+
+/// A finished pixel sample (`main_gather.wgsl`).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
+pub struct Seen {
+    /// CIE XYZ.
+    pub xyz: [f32; 3],
+    /// 1 where the primary ray meets a stone.
+    pub coverage: f32,
+    /// Throughput dropped at the depth limit, dropped below the threshold, left at the limit, and lost.
+    pub energies: [f32; 4],
+    /// Segments traced.
+    pub rays: u32,
+    /// Work items that are not over.
+    pub going: u32,
+    /// Nothing.
+    pub padding: [u32; 2],
+}
+
+/// Bytes of a waiting ray (`Ray` in `walk.wgsl`), which never leaves the device.
+pub const fn ray_bytes(polarized: bool) -> u64 {
+    if polarized { 80 } else { 48 }
+}
+
+/// Bytes of a work item's state (`Walk` in `walk.wgsl`), which never leaves the device.
+pub const fn walk_bytes(polarized: bool) -> u64 {
+    if polarized { 128 } else { 96 }
+}

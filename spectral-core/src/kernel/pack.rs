@@ -1,0 +1,158 @@
+//! A prepared scene as the blocks that the kernel reads.
+
+use super::{
+    Form,
+    block::{Plane, Primary, Scene},
+    stack_places,
+};
+use crate::{
+    Error,
+    environment::Source,
+    film::Tile,
+    prepare::{Geometry, Nest, PreparedScene, SpectralTable},
+    scene::Background,
+    settings::{Leftover, pixel_offset},
+};
+use std::ops::Range;
+
+impl Nest {
+    /// The most stones of a scene whose ranks fit the kernel's 16 bits.
+    pub const MOST_STONES: usize = 0xfffe;
+
+    /// The set as the kernel keeps it: ranks plus one in descending order, 16 bits each, the first in the low half
+    /// of the first word; unused places are 0.
+    ///
+    /// ```
+    /// use spectral_core::prepare::Nest;
+    /// assert_eq!(Nest::default().toggled(0).toggled(4).marks(), [0x0001_0005, 0, 0]);
+    /// ```
+    pub fn marks(&self) -> [u32; 3] {
+        let mut words = [0; 3];
+        for (slot, &rank) in self.ranks().iter().enumerate() {
+            words[slot / 2] |= (rank + 1) << (16 * (slot % 2));
+        }
+        words
+    }
+}
+
+/// The choices that a scene asks of the kernel.
+pub fn form(scene: &PreparedScene, workgroup: u32) -> Form {
+    Form {
+        polarized: scene.settings.polarized,
+        contacts: scene.geometry.contacts,
+        stack: stack_places(&scene.settings),
+        workgroup,
+    }
+}
+
+/// Refuses a scene that the kernel's number formats do not hold.
+///
+/// # Errors
+/// [`Error::Value`] for more than [`Nest::MOST_STONES`] stones.
+pub fn check(scene: &PreparedScene) -> Result<(), Error> {
+    let stones = scene.geometry.stones.len();
+    if stones > Nest::MOST_STONES {
+        let expected = format!("at most {} on a GPU; the CPU backend takes any number", Nest::MOST_STONES);
+        return Err(Error::value("stones", stones, expected));
+    }
+    Ok(())
+}
+
+/// The block that is the same for every ray, with factors of 1 for the device's own representations.
+pub fn scene(scene: &PreparedScene) -> Scene {
+    let rounding = scene.geometry.rounding();
+    let (light, image) = match &scene.environment.source {
+        Source::Uniform(rgb) => (rgb.map(|c| c as f32), 0),
+        Source::Image(_) => ([0.0; 3], 1),
+    };
+    let settings = &scene.settings;
+    Scene {
+        light,
+        turn: (scene.environment.rotation / 360.0).rem_euclid(1.0) as f32,
+        margin: rounding.margin,
+        behind: rounding.behind,
+        contact: rounding.contact,
+        threshold: settings.threshold as f32,
+        eye_nest: scene.eye_nest.marks(),
+        max_depth: settings.max_depth,
+        lines: scene.wavelength_count() as u32,
+        materials: materials(scene),
+        image,
+        leave_at_limit: u32::from(settings.leftover == Leftover::Exit),
+        transparent: u32::from(scene.background == Background::Transparent),
+        builder_scale: 1.0,
+        gain: 1.0,
+        padding: 0,
+    }
+}
+
+fn materials(scene: &PreparedScene) -> u32 {
+    scene.tables.first().map_or(0, |table| table.media.len() as u32)
+}
+
+/// Every facet's plane, by its index in the geometry.
+pub fn planes(geometry: &Geometry) -> Vec<Plane> {
+    let plane = |facet: &crate::prepare::FacetPlane| Plane {
+        normal: facet.normal.as_vec3().to_array(),
+        offset: facet.offset as f32,
+        rank: geometry.stones[facet.stone as usize].rank,
+        padding: [0; 3],
+    };
+    geometry.facets.iter().map(plane).collect()
+}
+
+/// The index of the material of the stone of each rank.
+pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
+    geometry.stone_of_rank.iter().map(|&stone| geometry.stones[stone as usize].material).collect()
+}
+
+/// All tables' lines one after another: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
+/// blue, –), its weights (X, Y, Z, –), then each material's (n, k, absorption, –).
+pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
+    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i));
+    scene.tables.iter().flat_map(lines).collect()
+}
+
+fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
+    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32);
+    let [x, y, z] = table.response[index].map(|w| w as f32);
+    let mut vectors = vec![[white, cyan, magenta, yellow], [red, green, blue, 0.0], [x, y, z, 0.0]];
+    vectors.extend(table.media.iter().map(|medium| {
+        let medium = &medium[index];
+        [medium.n as f32, medium.k as f32, medium.absorption as f32, 0.0]
+    }));
+    vectors
+}
+
+fn background(scene: &PreparedScene, direction: glam::DVec3) -> [f32; 3] {
+    match scene.background {
+        Background::Environment => scene.environment.rgb(direction).map(|c| c as f32),
+        Background::Transparent => [0.0; 3],
+    }
+}
+
+/// The camera rays of some samples over a tile: pixel by pixel, each pixel's samples in order, as
+/// [`TileSums`](crate::film::TileSums) has them.
+pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<Primary> {
+    let lines = scene.wavelength_count() as u32;
+    let mut rays = Vec::with_capacity(tile.width as usize * tile.height as usize * samples.len());
+    for y in tile.y..tile.y + tile.height {
+        for x in tile.x..tile.x + tile.width {
+            for sample in samples.clone() {
+                let offset = pixel_offset(sample, scene.settings.samples);
+                let ray = scene.view.ray(f64::from(x) + offset[0], f64::from(y) + offset[1]);
+                let near =
+                    if scene.geometry.stones.is_empty() { None } else { scene.geometry.approach(&ray) };
+                rays.push(Primary {
+                    origin: near.unwrap_or_default().as_vec3().to_array(),
+                    first_line: sample % scene.tables.len() as u32 * lines,
+                    direction: ray.direction.as_vec3().to_array(),
+                    near: u32::from(near.is_some()),
+                    background: background(scene, ray.direction),
+                    padding: 0,
+                });
+            }
+        }
+    }
+    rays
+}

@@ -1,0 +1,30 @@
+// What is the same for every ray: the twin of the parts of `PreparedScene` that transport asks for.
+
+struct Scene {
+    // Linear sRGB from everywhere, where the light is no image.
+    light: vec3<f32>,
+    // Rotation of the image in turns.
+    turn: f32,
+    // `Rounding`: see `prepare/rounding.rs`.
+    margin: f32,
+    behind: f32,
+    contact: f32,
+    threshold: f32,
+    // The stones that the eye is in.
+    eye_nest: vec3<u32>,
+    max_depth: u32,
+    // Wavelengths a pixel sample.
+    lines: u32,
+    // Distinct materials.
+    materials: u32,
+    // Flags: 0 or 1.
+    image: u32,
+    leave_at_limit: u32,
+    transparent: u32,
+    // Units of the hierarchy's builder per mm, where `intersect` has one.
+    builder_scale: f32,
+    // What a texel of the image is to be multiplied by.
+    gain: f32,
+}
+
+@group(0) @binding(0) var<uniform> scene: Scene;

@@ -1,0 +1,192 @@
+// The rules of transport: the twin of `tree.rs` of the CPU backend. A path is a tree of reflected and refracted
+// rays; an explicit stack holds those still to be followed.
+//
+// Unlike the CPU's, whose stack grows, a walk goes on with the **weaker** child and stacks the stronger. The
+// weaker has at most half of its parent, so a ray stacked while n others wait has at most 2⁻ⁿ, and STACK places
+// suffice for any threshold down to 2^(1 − STACK) however deep the path. The same rays are followed, in another
+// order.
+
+const AIR = Medium(1.0, 0.0, 0.0);
+
+struct Interface {
+    event: Fresnel,
+    cos_i: f32,
+}
+
+// What a step leaves to do: light that reaches the eye, and the ray to go on with. Collected, so that what is long
+// (the look-up of light, the stack) stands in the program once and is done by all invocations together.
+struct Outcome {
+    // Weight of the radiance from a direction; 0 for none.
+    weight: f32,
+    direction: vec3<f32>,
+    goes_on: bool,
+    ray: Ray,
+    // A ray for the stack.
+    waits: bool,
+    waiting: Ray,
+}
+
+fn interface_at(direction: vec3<f32>, normal: vec3<f32>, here: Medium, beyond: Medium) -> Interface {
+    let cos_i = -dot(normal, direction);
+    if beyond.k > 0.0 {
+        return Interface(conductor(cos_i, here.n, beyond.n, beyond.k), cos_i);
+    }
+    return Interface(dielectric(cos_i, here.n / beyond.n), cos_i);
+}
+
+fn tree_medium(nest: Nest, line: Line) -> Medium {
+    if nest_is_empty(nest) {
+        return AIR;
+    }
+    return line_medium(line, material_of_rank[nest_top(nest) - 1u]);
+}
+
+// Follows the walk's ray to its next surface, or out into the light; `background` is what is seen past the stones.
+fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3<f32>) {
+    let ray = (*walk).ray;
+    var crossing = Crossing(false, 0.0, vec3(0.0), ray.nest, ray.nest);
+    if (*walk).state == WALK_GOING {
+        crossing = surfaces_next(ray.origin, ray.direction, ray.nest);
+    }
+    (*walk).account.rays++;
+    var outcome = Outcome(0.0, ray.direction, false, ray, false, ray);
+    if crossing.found {
+        (*walk).covered = 1u;
+        walk_arrive(walk, crossing, line, &outcome);
+    } else if (*walk).covered == 0u && scene.transparent != 0u {
+        (*walk).account.rays = 0u;
+    } else {
+        outcome.weight = throughput_intensity(ray.throughput);
+        if (*walk).covered != 0u && !nest_is_empty(ray.nest) {
+            (*walk).account.lost += outcome.weight;
+        }
+    }
+    if outcome.weight > 0.0 {
+        var rgb = background;
+        if (*walk).covered != 0u {
+            rgb = light_rgb(outcome.direction);
+        }
+        (*walk).sum += line_expand(line, rgb) * outcome.weight;
+    }
+    if outcome.waits {
+        walk_push(walk, item, outcome.waiting);
+    }
+    if outcome.goes_on {
+        (*walk).ray = outcome.ray;
+    } else if (*walk).waiting > 0u {
+        (*walk).waiting--;
+        (*walk).ray = stack_load(item, (*walk).waiting);
+    } else {
+        (*walk).state = WALK_OVER;
+    }
+}
+
+// A surface event: fades the ray and splits it.
+fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcome: ptr<function, Outcome>) {
+    var ray = (*walk).ray;
+    let here = tree_medium(crossing.before, line);
+    let beyond = tree_medium(crossing.after, line);
+    // Inside a metal nothing travels.
+    if here.k > 0.0 {
+        return;
+    }
+    if here.absorption > 0.0 {
+        ray.throughput = throughput_scaled(ray.throughput, exp(-here.absorption * crossing.distance));
+    }
+    let intensity = throughput_intensity(ray.throughput);
+    let at_limit = ray.depth == scene.max_depth;
+    if at_limit && scene.leave_at_limit == 0u {
+        (*walk).account.dropped_depth += intensity;
+        return;
+    }
+    if !at_limit && nest_is_empty(crossing.before) && intensity < scene.threshold {
+        (*walk).account.dropped_threshold += intensity;
+        return;
+    }
+    // At the limit a ray leaves into air, unless a metal lets nothing through.
+    var other = beyond;
+    if at_limit && beyond.k == 0.0 {
+        other = AIR;
+    }
+    let normal = crossing.normal;
+    let at = interface_at(ray.direction, normal, here, other);
+    let shares = throughput_split(ray.throughput, ray.direction, normal, at.event);
+    let origin = ray.origin + ray.direction * crossing.distance;
+    let depth = ray.depth + 1u;
+    let mirrored = reflected(ray.direction, normal);
+    let onward = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n / other.n);
+    if at_limit {
+        walk_at_limit(walk, ray, crossing, other.k > 0.0, at.event.tir, shares.back, mirrored, onward, outcome);
+        return;
+    }
+    // The second child is absent under total reflection and at metals.
+    let through = !at.event.tir && other.k == 0.0;
+    let back = Ray(origin, depth, mirrored, shares.back, crossing.before);
+    let on = Ray(origin, depth, onward, shares.on, crossing.after);
+    let back_goes_on = walk_worthwhile(walk, back);
+    let on_goes_on = through && walk_worthwhile(walk, on);
+    let back_is_weaker = throughput_intensity(back.throughput) < throughput_intensity(on.throughput);
+    (*outcome).goes_on = back_goes_on || on_goes_on;
+    (*outcome).waits = back_goes_on && on_goes_on;
+    if back_goes_on && (back_is_weaker || !on_goes_on) {
+        (*outcome).ray = back;
+        (*outcome).waiting = on;
+    } else {
+        (*outcome).ray = on;
+        (*outcome).waiting = back;
+    }
+}
+
+// Whether a ray goes on: inside a stone only above the threshold, and never with nothing.
+fn walk_worthwhile(walk: ptr<function, Walk>, ray: Ray) -> bool {
+    let intensity = throughput_intensity(ray.throughput);
+    if intensity > 0.0 && intensity < scene.threshold && !nest_is_empty(ray.nest) {
+        (*walk).account.dropped_threshold += intensity;
+        return false;
+    }
+    return intensity > 0.0;
+}
+
+// A ray that would make one event too many leaves: along the refracted direction, straight on where reflection is
+// total, and as a metal reflects it.
+fn walk_at_limit(
+    walk: ptr<function, Walk>,
+    ray: Ray,
+    crossing: Crossing,
+    metal: bool,
+    tir: bool,
+    back: Throughput,
+    mirrored: vec3<f32>,
+    onward: vec3<f32>,
+    outcome: ptr<function, Outcome>,
+) {
+    if metal {
+        (*outcome).weight = throughput_intensity(back);
+        (*outcome).direction = mirrored;
+    } else {
+        (*outcome).weight = throughput_intensity(ray.throughput);
+        (*outcome).direction = select(onward, ray.direction, tir || nest_is_empty(crossing.before));
+    }
+    (*walk).account.left_at_limit += (*outcome).weight;
+}
+
+// Stacks a ray. When the stack is full the weakest ray goes, and is counted as dropped.
+fn walk_push(walk: ptr<function, Walk>, item: u32, ray: Ray) {
+    var place = (*walk).waiting;
+    if place == STACK {
+        var weakest = throughput_intensity(ray.throughput);
+        for (var i = 0u; i < STACK; i++) {
+            let intensity = throughput_intensity(stack_load(item, i).throughput);
+            if intensity < weakest {
+                weakest = intensity;
+                place = i;
+            }
+        }
+        (*walk).account.dropped_threshold += weakest;
+    } else {
+        (*walk).waiting++;
+    }
+    if place < STACK {
+        stack_store(item, place, ray);
+    }
+}

@@ -1,0 +1,55 @@
+//! What single precision does to the surfaces, for the backends that trace in it.
+//!
+//! Every such backend takes the same bounds, so that all make the same decisions but for rounding itself.
+
+use super::Geometry;
+use crate::camera::CameraRay;
+use glam::DVec3;
+
+/// Bounds of rounding for a scene traced in single precision. Lengths in mm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Rounding {
+    /// Largest distance by which rounding puts the start of a ray beyond the surface it starts on.
+    pub margin: f32,
+    /// How far behind its start a ray may meet a plane that the start is `margin` beyond: grazing ones lie far.
+    pub behind: f32,
+    /// Distance between surfaces in optical contact; 0 where no two stones come near each other.
+    pub contact: f32,
+}
+
+impl Rounding {
+    /// Surfaces of one ray that are no optical interface are crossed at most so many times.
+    pub const MOST_CROSSINGS: u32 = 10_000;
+    /// Faces in optical contact are parallel: their normals' cosine is at least this.
+    pub const PARALLEL: f32 = 0.999;
+    /// Cosines are taken to be at least this where a bound is divided by them.
+    pub const GRAZING: f32 = 1e-6;
+    /// A ray that misses a stone it is in is cast again from so many margins to each side, in this order.
+    pub const RESCUE: [f32; 2] = [4.0, 64.0];
+}
+
+impl Geometry {
+    /// The bounds of rounding for these surfaces.
+    pub fn rounding(&self) -> Rounding {
+        let radius = self.radius as f32;
+        Rounding {
+            // origin + t·direction rounds three times in each coordinate, plane and vertex once more.
+            margin: 8.0 * f32::EPSILON * radius,
+            behind: 1e-2 * radius,
+            contact: if self.contacts { Self::CONTACT as f32 * radius } else { 0.0 },
+        }
+    }
+
+    /// The point where a camera ray comes near the stones, in double precision: single precision is then spent
+    /// on the stones and not on the way to them. `None` if it passes them by.
+    pub fn approach(&self, ray: &CameraRay) -> Option<DVec3> {
+        let reach = self.radius * 1.001;
+        let middle = -ray.origin.dot(ray.direction);
+        let across2 = (ray.origin + ray.direction * middle).length_squared();
+        let half2 = reach * reach - across2;
+        if half2 < 0.0 || middle + half2.sqrt() < 0.0 {
+            return None;
+        }
+        Some(ray.origin + ray.direction * (middle - half2.sqrt()).max(0.0))
+    }
+}
