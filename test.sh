@@ -9,31 +9,35 @@ if ! command -v cargo >/dev/null 2>&1; then
   echo "test.sh: cargo was not found; install Rust 1.95 or later (https://rustup.rs)" >&2
   exit 1
 fi
+
+# As root where we are not: the packages below are the only thing that needs it.
+apt() { if [ "$(id -u)" = 0 ]; then apt-get "$@"; else sudo apt-get "$@"; fi; }
+
 # Build scripts and linking want a C toolchain, which a bare container lacks.
 if ! command -v cc >/dev/null 2>&1 && command -v apt-get >/dev/null 2>&1; then
-  apt-get update -q && apt-get install -y -q gcc libc6-dev
+  apt update -q && apt install -y -q gcc libc6-dev
 fi
 
-# The GPU backends run on Mesa's software driver. Debian 12 has one without ray tracing; its backports have a newer.
-software_gpu() {
-  compgen -G '/usr/share/vulkan/icd.d/lvp_icd*.json' >/dev/null && return
-  command -v apt-get >/dev/null 2>&1 && [ "$(id -u)" = 0 ] || return
-  local codename backports=()
-  codename=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
-  if [ "$codename" = bookworm ] && [ -f /etc/apt/sources.list.d/debian.sources ]; then
-    awk -v RS= 'NR==1' /etc/apt/sources.list.d/debian.sources |
-      sed "s/^Suites:.*/Suites: $codename-backports/" >/etc/apt/sources.list.d/backports.sources
-    backports=(-t "$codename-backports")
+# A software Vulkan device with ray queries, so that the GPU backends run without a GPU: Mesa 24 or later. Debian 12
+# has it in its backports, whose suite stands beside the main one on the same mirror.
+mesa=$(dpkg-query -W -f '${Version}' mesa-vulkan-drivers 2>/dev/null || echo 0)
+if command -v apt-get >/dev/null 2>&1 && { dpkg --compare-versions "$mesa" lt 24 || ! ldconfig -p | grep -q libvulkan; }; then
+  . /etc/os-release
+  suite=()
+  if [ "${VERSION_CODENAME:-}" = bookworm ] && [ -f /etc/apt/sources.list.d/debian.sources ]; then
+    backports=$(awk -v RS= 'NR==1' /etc/apt/sources.list.d/debian.sources | sed "s/^Suites:.*/Suites: bookworm-backports/")
+    list=/etc/apt/sources.list.d/backports.sources
+    if [ ! -f "$list" ]; then
+      if [ "$(id -u)" = 0 ]; then echo "$backports" > "$list"; else echo "$backports" | sudo tee "$list" >/dev/null; fi
+    fi
+    suite=(-t bookworm-backports)
   fi
-  apt-get update -q && apt-get install -y -q "${backports[@]}" mesa-vulkan-drivers && apt-get install -y -q libvulkan1
-}
-if software_gpu; then
-  # A backend named here that finds no device is a failure, not a reason to skip.
-  export REQUIRE_BACKENDS="${REQUIRE_BACKENDS-cpu,wgpu}"
-else
-  echo "test.sh: no Vulkan driver was found or installed; the tests of the GPU backends are skipped" >&2
+  apt update -q
+  apt install -y -q "${suite[@]}" mesa-vulkan-drivers
+  apt install -y -q libvulkan1
 fi
 
 # The maths half must stand without the rendering half.
 cargo check --release --package spectral-core --no-default-features
-cargo test --release --workspace "$@"
+# A backend without a device is a failure here, not a skip.
+REQUIRE_BACKENDS=${REQUIRE_BACKENDS-cpu,wgpu,vulkan} cargo test --release --workspace "$@"

@@ -90,8 +90,8 @@ impl Default for RenderSettings {
 /// Where sample `index` of `count` lies in its pixel, both coordinates in (0, 1); (0.5, 0.5) is the centre.
 ///
 /// A square number of samples forms the regular k × k grid, row by row (the midpoint rule over a box
-/// filter); any other number takes the R2 sequence (Roberts 2018: the two-dimensional golden ratio),
-/// which starts at the centre and stays even for every count.
+/// filter); any other number takes consecutive points of the R2 sequence (Roberts 2018: the two-dimensional
+/// golden ratio), placed so that the pattern is symmetric about the centre: its mean is the centre exactly.
 ///
 /// ```
 /// use spectral_core::settings::pixel_offset;
@@ -106,7 +106,8 @@ pub fn pixel_offset(index: u32, count: u32) -> [f64; 2] {
     }
     // 1/g and 1/g² for the real root g of g³ = g + 1.
     const R2: [f64; 2] = [0.754_877_666_246_692_7, 0.569_840_290_998_053_3];
-    R2.map(|step| (0.5 + f64::from(index) * step).fract())
+    let from_middle = f64::from(index) - f64::from(count.saturating_sub(1)) / 2.0;
+    R2.map(|step| (0.5 + from_middle * step).rem_euclid(1.0))
 }
 
 #[cfg(test)]
@@ -122,7 +123,7 @@ mod tests {
                 assert!(offset.iter().all(|v| (0.0..1.0).contains(v)));
                 mean = [mean[0] + offset[0], mean[1] + offset[1]];
             }
-            assert!(mean.iter().all(|v| (v / f64::from(count) - 0.5).abs() < 0.2), "{count}: {mean:?}");
+            assert!(mean.iter().all(|v| (v / f64::from(count) - 0.5).abs() < 1e-12), "{count}: {mean:?}");
         }
     }
 

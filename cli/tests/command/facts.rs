@@ -156,11 +156,12 @@ fn check_describes_a_scene_and_refuses_a_bad_one() {
 }
 
 #[test]
-fn both_backends_are_listed_and_warnings_go_to_the_log() {
+fn backends_are_listed_and_warnings_go_to_the_log() {
     let report = command(&["devices"]).unwrap();
     let names: Vec<&Value> =
         report.json["backends"].as_array().unwrap().iter().map(|b| &b["backend"]).collect();
-    assert_eq!(names, ["cpu", "reference"]);
+    // Between them stand as many GPU devices as the machine happens to have.
+    assert_eq!((names[0], names[names.len() - 1]), (&Value::from("cpu"), &Value::from("reference")));
     let place = Workplace::with(&super::support::SCENE.replace("width = 6.5\n", ""));
     let scene = place.path("tiny.toml").display().to_string();
     let (result, log) = command_with(&["check", &scene], &Interrupt::default());

@@ -30,10 +30,10 @@ const PASS: u32 = 16;
 /// The most memory for the paths of a batch, bytes.
 pub const PATH_MEMORY: u64 = 512 << 20;
 /// A dispatch that has not ended after this long hangs: the slowest device that is any use ends it in a hundredth.
-pub const DEADLINE: Duration = Duration::from_secs(20);
+pub const DEADLINE: Duration = Duration::from_secs(120);
 /// As [`DEADLINE`], where the driver may still be compiling: some do so when a shader first runs, on busy machines for
 /// a minute.
-pub const COMPILE_DEADLINE: Duration = Duration::from_secs(300);
+pub const COMPILE_DEADLINE: Duration = Duration::from_secs(600);
 /// How long a backend waits for its device before it calls `beat`.
 pub const HEARTBEAT: Duration = Duration::from_millis(50);
 
