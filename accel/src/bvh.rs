@@ -32,9 +32,10 @@ pub struct BuildOptions {
 }
 
 impl Default for BuildOptions {
-    /// Budget 2.5, overlap 10⁻⁵, no reinsertion.
+    /// Budget 2.5, overlap 10⁻⁴, no reinsertion. (Stich et al. take 10⁻⁵: on slivers and stones the same tree,
+    /// on a random soup a sixth more work for a cost that is not lower.)
     fn default() -> Self {
-        BuildOptions { budget: 2.5, overlap: 1e-5, reinsertion: 0.0 }
+        BuildOptions { budget: 2.5, overlap: 1e-4, reinsertion: 0.0 }
     }
 }
 
