@@ -10,6 +10,8 @@
 mod account;
 mod chain;
 mod direction;
+mod instructions;
+mod lanes;
 mod light;
 mod line;
 mod planes;
@@ -20,6 +22,7 @@ mod throughput;
 mod tracer;
 mod tree;
 
+pub use instructions::Instructions;
 use spectral_core::tracer::{Backend, DeviceInfo};
 
 /// The CPU backend.
