@@ -1,6 +1,11 @@
 use glam::DVec3;
 use spectral_core::*;
 use std::{ops::ControlFlow, sync::Arc};
+fn cpu() -> f64 {
+    let s = std::fs::read_to_string("/proc/self/stat").unwrap();
+    let f: Vec<&str> = s.rsplit(')').next().unwrap().split_whitespace().collect();
+    f[11].parse::<f64>().unwrap() / 100.0
+}
 fn main() {
     let args: Vec<String> = std::env::args().collect();
     let size: u32 = args.get(1).map_or(256, |a| a.parse().unwrap());
@@ -21,14 +26,15 @@ fn main() {
         let settings = settings::RenderSettings { wavelengths: wavelength::WavelengthGrid::midpoints([400.0, 700.0], waves).unwrap(), samples, polarized, max_depth: 16, ..Default::default() };
         let prepared = Arc::new(prepare::PreparedScene::new(&scene, &settings).unwrap());
         let mut base = 0.0;
-        for round in 0..2 { for set in backend_cpu::Instructions::ALL {
+        for round in 0..4 { for set in backend_cpu::Instructions::ALL {
             if !only.is_empty() && set.name() != only { continue; }
             let backend = set.backend();
             let options = tracer::OpenOptions { threads: Some(threads), ..Default::default() };
             let mut t = (backend.open)(&(backend.devices)()[0], prepared.clone(), &options).unwrap();
             let mut film = film::Film::new(&prepared);
+            let c0 = cpu();
             let r = t.trace(0..samples, &mut film, &mut |_| ControlFlow::Continue(())).unwrap();
-            let rate = r.rays as f64 / r.trace.as_secs_f64() / 1e6;
+            let rate = r.rays as f64 / (cpu() - c0) / 1e6;
             if base == 0.0 { base = rate; }
             println!("round {round} polarized {polarized} {:9} {rate:8.1} M rays/s  {} rays, {:?} dropped {:.2e}", set.name(), r.rays, r.trace, r.energy.dropped_share());
         } }

@@ -177,11 +177,8 @@ impl Paths<'_> {
             }
             let light = self.tracer.light;
             let aim = Aim::new(light, Triple::<V>::load(&direction).renormalized());
-            let colours = aim.colours::<V>(light, lanes);
-            let mut rows = [Row::default(); 3];
-            colours.x.store(&mut rows[0]);
-            colours.y.store(&mut rows[1]);
-            colours.z.store(&mut rows[2]);
+            let colours = aim.colours(light, lanes);
+            let rows = colours.stored();
             for (lane, arrival) in group.iter_mut().enumerate() {
                 if arrival.covered {
                     arrival.colour = [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]];

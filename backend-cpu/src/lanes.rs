@@ -77,28 +77,29 @@ pub(crate) trait Lanes:
     fn power_of_two(self) -> Self;
     /// The smallest of all lanes.
     fn least(self) -> f32;
-    /// The integer parts; lanes are in 0..2³¹.
-    fn truncated(self) -> [i32; WIDTH];
-    /// Between two rows of two texels each (red, green, blue, red, green, blue, and two numbers that do not
-    /// matter): first down the column by `fy`, then along the row by `fx`. Red, green, blue, and a number
-    /// that does not matter.
-    fn bilinear(top: &[f32; 8], bottom: &[f32; 8], fx: f32, fy: f32, to: &mut [f32; 4]);
-    /// Red, green and blue of each lane's colour, lane 4q + m at place 4m + q.
-    fn planar(colours: &[[f32; 4]; WIDTH]) -> [Self; 3];
+    /// row · pitch + 3 · column where the mask is set, else 0. Rows and columns are whole and the result is in
+    /// 0..2³¹.
+    fn offsets(mask: Self::Mask, row: Self, column: Self, pitch: u32) -> [u32; WIDTH];
+    /// Red, green and blue between four texels: those at and after each offset, and those `pitch` later; first
+    /// down the column by `down`, then along the row by `across`.
+    ///
+    /// # Panics
+    /// Where an offset + `pitch` + 8 is beyond the end of `texels`.
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3];
 
     /// Lane `lane`, through memory.
     #[inline(always)]
     fn lane(self, lane: usize) -> f32 {
+        self.stored().0[lane % WIDTH]
+    }
+
+    /// In memory.
+    #[inline(always)]
+    fn stored(self) -> Row {
         let mut row = Row::default();
         self.store(&mut row);
-        row.0[lane % WIDTH]
+        row
     }
-}
-
-/// Where [`Lanes::planar`] wants a lane's colour.
-#[inline(always)]
-pub(crate) fn planar_place(lane: usize) -> usize {
-    (lane % 4) * 4 + lane / 4
 }
 
 /// A vector in each lane.
@@ -120,6 +121,12 @@ impl<V: Lanes> Triple<V> {
     #[inline(always)]
     pub fn load([x, y, z]: &[Row; 3]) -> Self {
         Triple { x: V::load(x), y: V::load(y), z: V::load(z) }
+    }
+
+    /// In memory.
+    #[inline(always)]
+    pub fn stored(self) -> [Row; 3] {
+        [self.x.stored(), self.y.stored(), self.z.stored()]
     }
 
     /// The inner product.
@@ -180,6 +187,16 @@ impl<V: Lanes> Triple<V> {
             z: V::select(mask, yes.z, no.z),
         }
     }
+}
+
+/// The largest offset at which [`Lanes::bilinear`] stays within the image, for its check.
+#[inline(always)]
+fn furthest(offsets: &[u32; WIDTH]) -> usize {
+    let mut furthest = 0;
+    for offset in offsets {
+        furthest = furthest.max(*offset);
+    }
+    furthest as usize
 }
 
 /// 2ˣ to 2 · 10⁻⁹ of its value before rounding; x ≤ 127, and what is below −126 counts as −126.

@@ -15,6 +15,10 @@ use glam::DVec3;
 use spectral_core::prepare::FacetPlane;
 use std::ops::Range;
 
+/// The sides of a facet are tested so many at a time: few facets have as many as two groups, so the processor
+/// mostly guesses right where the loop ends.
+const UNROLLED: usize = 4;
+
 /// Sixteen facet planes, one row a coordinate.
 #[derive(Debug, Clone, Copy)]
 struct Block {
@@ -27,6 +31,7 @@ struct Block {
 struct Facet {
     normal: [f32; 3],
     offset: f32,
+    /// In groups of [`UNROLLED`].
     around: Range<usize>,
 }
 
@@ -42,7 +47,7 @@ struct Side {
 pub(crate) struct Planes {
     blocks: Vec<Block>,
     facets: Vec<Facet>,
-    sides: Vec<Side>,
+    sides: Vec<[Side; UNROLLED]>,
     exact: Vec<FacetPlane>,
 }
 
@@ -65,21 +70,40 @@ pub(crate) struct Exit<V> {
     pub distance: V,
 }
 
+impl<V: Lanes> Exit<V> {
+    /// Takes over the lanes whose bit is set; returns them.
+    #[inline(always)]
+    fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
+        let mask = V::Mask::from_bits(lanes);
+        *self = Exit {
+            point: Triple::select(mask, other.point, self.point),
+            normal: Triple::select(mask, other.normal, self.normal),
+            cosine: V::select(mask, other.cosine, self.cosine),
+            distance: V::select(mask, other.distance, self.distance),
+        };
+        lanes
+    }
+}
+
 impl Planes {
     /// The planes of a convex stone, and for each facet those that it shares a corner with. `margin` bounds the
     /// rounding of a point's distance from a plane, mm.
     pub fn new(facets: &[FacetPlane], adjacent: &[Vec<usize>], margin: f32) -> Self {
         let mut sides = Vec::new();
         let facet = |(plane, around): (&FacetPlane, &Vec<usize>)| {
-            let first = sides.len();
+            let first = sides.len() / UNROLLED;
             sides.extend(around.iter().map(|&j| Side {
                 normal: facets[j].normal.as_vec3().to_array(),
                 offset: facets[j].offset as f32 - margin,
             }));
+            // A side that every point is inside of.
+            let nowhere = Side { normal: [0.0; 3], offset: 1.0 };
+            sides.resize(sides.len().next_multiple_of(UNROLLED), nowhere);
             let normal = plane.normal.as_vec3().to_array();
-            Facet { normal, offset: plane.offset as f32, around: first..sides.len() }
+            Facet { normal, offset: plane.offset as f32, around: first..sides.len() / UNROLLED }
         };
-        let facets_around = facets.iter().zip(adjacent).map(facet).collect();
+        let facets_around: Vec<Facet> = facets.iter().zip(adjacent).map(facet).collect();
+        let sides = sides.as_chunks().0.to_vec();
         Planes { blocks: blocks(facets), facets: facets_around, sides, exact: facets.to_vec() }
     }
 
@@ -104,25 +128,28 @@ impl Planes {
         let zero = V::splat(0.0);
         let nowhere = Triple { x: zero, y: zero, z: zero };
         let mut exit = Exit { point: origin, normal: nowhere, cosine: V::splat(1.0), distance: zero };
-        let (mut open, mut found) = (alive, 0u16);
+        let mut open = alive;
+        let (met, inside) = self.verify(origin, direction, *guess);
+        open &= !exit.accept(&met, open & inside);
+        if open == 0 {
+            return exit;
+        }
+        let rows = [origin.stored(), direction.stored()];
         while open != 0 {
-            let (met, inside) = self.verify(origin, direction, *guess);
-            // What a search has found needs no second opinion.
-            let accepted = open & (inside | found);
-            let mask = V::Mask::from_bits(accepted);
-            exit = Exit {
-                point: Triple::select(mask, met.point, exit.point),
-                normal: Triple::select(mask, met.normal, exit.normal),
-                cosine: V::select(mask, met.cosine, exit.cosine),
-                distance: V::select(mask, met.distance, exit.distance),
-            };
-            open &= !accepted;
-            if open != 0 {
-                let lane = open.trailing_zeros() as usize;
-                let at = [origin.x.lane(lane), origin.y.lane(lane), origin.z.lane(lane)];
-                let along = [direction.x.lane(lane), direction.y.lane(lane), direction.z.lane(lane)];
-                *guess = self.search::<V>(at, along);
-                found = 1 << lane;
+            // The first and the last wavelength differ most; their searches run side by side.
+            let lanes = [open.trailing_zeros(), 15 - open.leading_zeros()];
+            let found = self.search::<V>(lanes.map(|lane| {
+                let lane = lane as usize % WIDTH;
+                rows.each_ref().map(|row| row.each_ref().map(|coordinate| coordinate.0[lane]))
+            }));
+            for (lane, facet) in lanes.into_iter().zip(found) {
+                let (met, inside) = self.verify(origin, direction, facet);
+                // What a search has found needs no second opinion.
+                open &= !exit.accept(&met, open & (inside | 1 << lane));
+                *guess = facet;
+                if open == 0 {
+                    return exit;
+                }
             }
         }
         exit
@@ -139,40 +166,34 @@ impl Planes {
         let distance = gap / cosine;
         let point = direction.fma(distance, origin);
         let mut inside = zero.lt(cosine);
-        for side in &self.sides[around.clone()] {
-            let [x, y, z] = side.normal;
-            let beyond = V::splat(z).fma(
-                point.z,
-                V::splat(y).fma(point.y, V::splat(x).fma(point.x, V::splat(-side.offset))),
-            );
-            inside = inside & beyond.lt(zero);
+        for group in &self.sides[around.clone()] {
+            for side in group {
+                let [x, y, z] = side.normal;
+                let beyond = V::splat(z).fma(
+                    point.z,
+                    V::splat(y).fma(point.y, V::splat(x).fma(point.x, V::splat(-side.offset))),
+                );
+                inside = inside & beyond.lt(zero);
+            }
         }
         (Exit { point, normal, cosine, distance }, inside.bits())
     }
 
-    /// The facet whose plane a ray from inside meets first. A pure function of the ray.
+    /// The facets whose planes two rays from inside (origin, direction) meet first. Each is a pure function of its
+    /// ray.
     #[inline(always)]
-    fn search<V: Lanes>(&self, origin: [f32; 3], direction: [f32; 3]) -> usize {
-        let (origin, direction) = (Triple::<V>::splat(origin), Triple::<V>::splat(direction));
-        let zero = V::splat(0.0);
-        // The nearest so far is gap/cosine away; compared without division, and at first infinitely far.
-        let (mut gap, mut cosine, mut place) = (V::splat(1.0), zero, zero);
+    fn search<V: Lanes>(&self, rays: [[[f32; 3]; 2]; 2]) -> [usize; 2] {
+        let [first, second] = rays;
+        let (mut first, mut second) = (Search::<V>::new(first), Search::<V>::new(second));
         let mut number = 0.0;
         for block in &self.blocks {
-            let normal = Triple::<V>::load(&block.normal);
-            let towards = normal.dot(direction);
-            let ahead = (V::load(&block.offset) - normal.dot(origin)).max(zero);
-            let nearer = (ahead * cosine).lt(gap * towards);
-            gap = V::select(nearer, ahead, gap);
-            cosine = V::select(nearer, towards, cosine);
-            place = V::select(nearer, V::splat(number), place);
+            first.compare(block, number);
+            second.compare(block, number);
             number += 1.0;
         }
-        let distance = gap / cosine;
-        let lane = (!V::splat(distance.least()).lt(distance)).bits().trailing_zeros() as usize % WIDTH;
-        let facet = place.lane(lane) as usize * WIDTH + lane;
         // Only a direction that is no number runs towards no plane.
-        if facet < self.facets.len() { facet } else { 0 }
+        let sound = |facet: usize| if facet < self.facets.len() { facet } else { 0 };
+        [sound(first.nearest()), sound(second.nearest())]
     }
 
     /// Where a camera ray from outside meets the stone, in double precision: it is done once a sample.
@@ -194,6 +215,44 @@ impl Planes {
         let (distance, facet) = near;
         (facet != usize::MAX && distance <= far)
             .then(|| Entry { point: origin + direction * distance, facet })
+    }
+}
+
+/// The nearest plane to one ray, so far: in each lane one of those that it has been compared with.
+#[derive(Clone, Copy)]
+struct Search<V> {
+    origin: Triple<V>,
+    direction: Triple<V>,
+    /// The plane is gap/cosine away: compared without division, and at first infinitely far.
+    gap: V,
+    cosine: V,
+    block: V,
+}
+
+impl<V: Lanes> Search<V> {
+    #[inline(always)]
+    fn new([origin, direction]: [[f32; 3]; 2]) -> Self {
+        let (origin, direction) = (Triple::splat(origin), Triple::splat(direction));
+        Search { origin, direction, gap: V::splat(1.0), cosine: V::splat(0.0), block: V::splat(0.0) }
+    }
+
+    #[inline(always)]
+    fn compare(&mut self, block: &Block, number: f32) {
+        let normal = Triple::<V>::load(&block.normal);
+        let cosine = normal.dot(self.direction);
+        let gap = (V::load(&block.offset) - normal.dot(self.origin)).max(V::splat(0.0));
+        let nearer = (gap * self.cosine).lt(self.gap * cosine);
+        self.gap = V::select(nearer, gap, self.gap);
+        self.cosine = V::select(nearer, cosine, self.cosine);
+        self.block = V::select(nearer, V::splat(number), self.block);
+    }
+
+    #[inline(always)]
+    fn nearest(&self) -> usize {
+        let distance = self.gap / self.cosine;
+        let nearest = !V::splat(distance.least()).lt(distance);
+        let lane = nearest.bits().trailing_zeros() as usize % WIDTH;
+        self.block.lane(lane) as usize * WIDTH + lane
     }
 }
 

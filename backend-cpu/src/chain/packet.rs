@@ -50,8 +50,9 @@ struct Packet<V, F> {
 }
 
 /// What a packet has just sent out of the stone.
+#[derive(Clone, Copy)]
 struct Outgoing<V> {
-    aim: Aim,
+    aim: Aim<V>,
     intensity: V,
     lanes: u16,
 }
@@ -78,7 +79,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         radiances: &'a mut [f32],
         ledger: &'a mut Ledger,
     ) -> Self {
-        let (packets, outgoing) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
+        let nothing = Outgoing { aim: Aim::nowhere(), intensity: V::splat(0.0), lanes: 0 };
+        let (packets, outgoing) = (Vec::with_capacity(BATCH), vec![nothing; BATCH]);
         Batch { chain, light, blocks, packets, outgoing, guess: 0, radiances, ledger }
     }
 
@@ -135,23 +137,21 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     /// One internal reflection of every packet.
     #[inline(always)]
     fn reflect(&mut self) {
-        self.outgoing.clear();
         for k in 0..self.packets.len() {
             let (normal, at) = self.advance(k);
             let packet = &mut self.packets[k];
             let (flux, leaving) = packet.flux.split(packet.direction, normal, &at);
-            let out = packet.alive & !at.total.bits();
-            let aim = if out == 0 {
-                Aim::NOWHERE
-            } else {
-                Aim::new(self.light, at.refracted(packet.direction, normal))
-            };
-            self.outgoing.push(Outgoing { aim, intensity: leaving, lanes: out });
+            let alive = packet.alive;
+            let out = alive & !at.total.bits();
+            let outgoing = &mut self.outgoing[k];
+            outgoing.lanes = out;
+            if out != 0 {
+                outgoing.intensity = leaving;
+                outgoing.aim = Aim::new(self.light, at.refracted(packet.direction, normal));
+            }
             packet.direction = at.reflected(packet.direction, normal);
             packet.flux = flux;
-            let rays = packet.alive.count_ones() + out.count_ones();
-            let alive = packet.alive;
-            self.ledger.count(u64::from(rays));
+            self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
             self.packets[k].alive = self.surviving(alive, flux.intensity());
         }
     }
@@ -177,7 +177,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     fn gather(&mut self) {
         for (packet, out) in self.packets.iter_mut().zip(&self.outgoing) {
             if out.lanes != 0 {
-                let colours = out.aim.colours::<V>(self.light, out.lanes);
+                let colours = out.aim.colours(self.light, out.lanes);
                 let light = self.blocks[packet.block].expand(colours);
                 let lanes = V::Mask::from_bits(out.lanes);
                 packet.radiance =
@@ -213,7 +213,6 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     /// What becomes of rays that would make one event too many.
     #[inline(always)]
     fn at_limit(&mut self) {
-        self.outgoing.clear();
         for k in 0..self.packets.len() {
             let (normal, at) = self.advance(k);
             let packet = &self.packets[k];
@@ -222,13 +221,13 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             self.ledger.count(u64::from(lanes.count_ones()));
             if self.chain.leftover == Leftover::Drop {
                 self.ledger.add(Fate::DroppedDepth, &each(left, lanes));
-                self.outgoing.push(Outgoing { aim: Aim::NOWHERE, intensity: left, lanes: 0 });
+                self.outgoing[k].lanes = 0;
                 continue;
             }
             self.ledger.add(Fate::LeftAtLimit, &each(left, lanes));
             let out = at.refracted(packet.direction, normal);
             let out = Triple::select(at.total, packet.direction, out);
-            self.outgoing.push(Outgoing { aim: Aim::new(self.light, out), intensity: left, lanes });
+            self.outgoing[k] = Outgoing { aim: Aim::new(self.light, out), intensity: left, lanes };
         }
         self.gather();
         while let Some(packet) = self.packets.pop() {

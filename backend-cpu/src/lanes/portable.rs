@@ -161,32 +161,34 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn truncated(self) -> [i32; WIDTH] {
-        let mut result = [0; WIDTH];
+    fn offsets(mask: Flags, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
+        let mut offsets = [0; WIDTH];
         for i in 0..WIDTH {
-            result[i] = self.0[i] as i32;
+            let offset = (row.0[i] as i32 as u32).wrapping_mul(pitch);
+            offsets[i] = offset.wrapping_add(3 * (column.0[i] as i32 as u32)) & mask.0[i];
         }
-        result
+        offsets
     }
 
     #[inline(always)]
-    fn bilinear(top: &[f32; 8], bottom: &[f32; 8], fx: f32, fy: f32, to: &mut [f32; 4]) {
-        for k in 0..3 {
-            let left = scalar_fused(bottom[k] - top[k], fy, top[k]);
-            let right = scalar_fused(bottom[k + 3] - top[k + 3], fy, top[k + 3]);
-            to[k] = scalar_fused(right - left, fx, left);
-        }
-    }
-
-    #[inline(always)]
-    fn planar(colours: &[[f32; 4]; WIDTH]) -> [Self; 3] {
-        let mut planes = [[0.0; WIDTH]; 3];
+    fn bilinear(
+        texels: &[f32],
+        offsets: &[u32; WIDTH],
+        pitch: u32,
+        across: &Row,
+        down: &Row,
+    ) -> [Self; 3] {
+        let mut colours = [[0.0; WIDTH]; 3];
         for i in 0..WIDTH {
+            let top = &texels[offsets[i] as usize..][..8];
+            let bottom = &texels[offsets[i] as usize + pitch as usize..][..8];
             for k in 0..3 {
-                planes[k][i] = colours[super::planar_place(i)][k];
+                let left = scalar_fused(bottom[k] - top[k], down.0[i], top[k]);
+                let right = scalar_fused(bottom[k + 3] - top[k + 3], down.0[i], top[k + 3]);
+                colours[k][i] = scalar_fused(right - left, across.0[i], left);
             }
         }
-        planes.map(Portable)
+        colours.map(Portable)
     }
 }
 

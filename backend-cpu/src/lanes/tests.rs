@@ -29,13 +29,11 @@ impl Task for Operations {
     fn run<V: Lanes>(self) -> Vec<u32> {
         let [a, b, c] = [V::load(&self.0[0]), V::load(&self.0[1]), V::load(&self.0[2])];
         let fraction = a / (a.abs() + b.abs() + V::splat(1.0));
-        let colours: [[f32; 4]; WIDTH] = std::array::from_fn(|i| {
-            let mut to = [0.0; 4];
-            let texels = |row: &Row| std::array::from_fn(|k| row.0[(i + k) % WIDTH]);
-            V::bilinear(&texels(&self.0[0]), &texels(&self.0[1]), 0.3, fraction.abs().lane(i), &mut to);
-            [to[0], to[1], to[2], 0.0]
-        });
-        let [red, green, blue] = V::planar(&colours);
+        let texels = [self.0[0].0, self.0[1].0, self.0[2].0, self.0[0].0].concat();
+        let share = fraction.abs();
+        let (row, column) = ((share * V::splat(2.0)).floor(), (share * V::splat(5.0)).floor());
+        let offsets = V::offsets(a.lt(b), row, column, 21);
+        let [red, green, blue] = V::bilinear(&texels, &offsets, 21, &share.stored(), &(b / a).stored());
         let mask = a.lt(b) & !b.lt(c) | V::Mask::from_bits(0x1248);
         let results = [
             a + b, a - b, a * b, a / b, -a, a.fma(b, c), a.fnma(b, c), a.abs().sqrt(), a.min(b), a.max(b),
@@ -49,7 +47,7 @@ impl Task for Operations {
             result.store(&mut row);
             bits.extend(row.0.map(f32::to_bits));
         }
-        bits.extend((fraction.abs() * V::splat(1e6)).truncated().map(|i| i as u32));
+        bits.extend(offsets);
         bits
     }
 }

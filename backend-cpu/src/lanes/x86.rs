@@ -3,7 +3,7 @@
 //! Values of these types are made only inside functions that [`crate::instructions`] enters after it has found
 //! the instruction set on the machine at hand; that is what every `SAFETY` line here rests on.
 
-use super::{Lanes, Mask, Row, WIDTH};
+use super::{Lanes, Mask, Row, WIDTH, furthest};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -254,18 +254,24 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn truncated(self) -> [i32; WIDTH] {
+    fn offsets(mask: Mask512, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
         // SAFETY: values of this type exist only where AVX-512 F does; both sides are 64 bytes of integers.
-        unsafe { std::mem::transmute(_mm512_cvttps_epi32(self.0)) }
+        unsafe {
+            let row = _mm512_mullo_epi32(_mm512_cvttps_epi32(row.0), _mm512_set1_epi32(pitch as i32));
+            let column = _mm512_mullo_epi32(_mm512_cvttps_epi32(column.0), _mm512_set1_epi32(3));
+            std::mem::transmute(_mm512_maskz_add_epi32(mask.0, row, column))
+        }
     }
 
     #[inline(always)]
-    fn bilinear(top: &[f32; 8], bottom: &[f32; 8], fx: f32, fy: f32, to: &mut [f32; 4]) {
-        Avx2::bilinear(top, bottom, fx, fy, to);
-    }
-
-    #[inline(always)]
-    fn planar(colours: &[[f32; 4]; WIDTH]) -> [Self; 3] {
+    fn bilinear(
+        texels: &[f32],
+        offsets: &[u32; WIDTH],
+        pitch: u32,
+        across: &Row,
+        down: &Row,
+    ) -> [Self; 3] {
+        let colours = colours(texels, offsets, pitch, across, down);
         // SAFETY: 256 bytes, sixteen floats a register; values of this type are made only where AVX-512 F is.
         unsafe {
             let from = colours.as_ptr().cast::<f32>();
@@ -280,6 +286,36 @@ impl Lanes for Avx512 {
             ]
         }
     }
+}
+
+/// The colours of [`Lanes::bilinear`], lane 4q + m at place 4m + q, so that four lanes in a row of a register are
+/// those of one transposition.
+#[inline(always)]
+fn colours(
+    texels: &[f32],
+    offsets: &[u32; WIDTH],
+    pitch: u32,
+    across: &Row,
+    down: &Row,
+) -> [[f32; 4]; WIDTH] {
+    let pitch = pitch as usize;
+    assert!(furthest(offsets) + pitch + 8 <= texels.len());
+    let mut colours = [[0.0; 4]; WIDTH];
+    for lane in 0..WIDTH {
+        // SAFETY: all offsets have been checked; four floats are stored to four, where AVX2 and FMA are.
+        unsafe {
+            let texel = texels.as_ptr().add(offsets[lane] as usize);
+            let (top, bottom) = (_mm256_loadu_ps(texel), _mm256_loadu_ps(texel.add(pitch)));
+            let fraction = _mm256_set1_ps(down.0[lane]);
+            let column = _mm256_fmadd_ps(_mm256_sub_ps(bottom, top), fraction, top);
+            // The second texel to the front.
+            let second = _mm256_permutevar8x32_ps(column, _mm256_setr_epi32(3, 4, 5, 6, 7, 7, 7, 7));
+            let (left, right) = (_mm256_castps256_ps128(column), _mm256_castps256_ps128(second));
+            let mixed = _mm_fmadd_ps(_mm_sub_ps(right, left), _mm_set1_ps(across.0[lane]), left);
+            _mm_storeu_ps(colours[(lane % 4) * 4 + lane / 4].as_mut_ptr(), mixed);
+        }
+    }
+    colours
 }
 
 /// The same for both halves.
@@ -390,27 +426,26 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn truncated(self) -> [i32; WIDTH] {
-        // SAFETY: values of this type exist only where AVX2 does; both sides are 64 bytes of integers.
-        unsafe { std::mem::transmute([_mm256_cvttps_epi32(self.0[0]), _mm256_cvttps_epi32(self.0[1])]) }
+    fn offsets(mask: Mask256, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
+        let pitch = pitch as i32;
+        let offsets = halves!(i => {
+            let row = _mm256_mullo_epi32(_mm256_cvttps_epi32(row.0[i]), _mm256_set1_epi32(pitch));
+            let column = _mm256_mullo_epi32(_mm256_cvttps_epi32(column.0[i]), _mm256_set1_epi32(3));
+            _mm256_and_ps(_mm256_castsi256_ps(_mm256_add_epi32(row, column)), mask.0[i])
+        });
+        // SAFETY: both sides are 64 bytes.
+        unsafe { std::mem::transmute(offsets.0) }
     }
 
     #[inline(always)]
-    fn bilinear(top: &[f32; 8], bottom: &[f32; 8], fx: f32, fy: f32, to: &mut [f32; 4]) {
-        // SAFETY: eight floats are loaded from eight and four stored to four, where AVX2 and FMA are.
-        unsafe {
-            let (top, bottom) = (_mm256_loadu_ps(top.as_ptr()), _mm256_loadu_ps(bottom.as_ptr()));
-            let column = _mm256_fmadd_ps(_mm256_sub_ps(bottom, top), _mm256_set1_ps(fy), top);
-            // The second texel to the front.
-            let second = _mm256_permutevar8x32_ps(column, _mm256_setr_epi32(3, 4, 5, 6, 7, 7, 7, 7));
-            let (left, right) = (_mm256_castps256_ps128(column), _mm256_castps256_ps128(second));
-            let mixed = _mm_fmadd_ps(_mm_sub_ps(right, left), _mm_set1_ps(fx), left);
-            _mm_storeu_ps(to.as_mut_ptr(), mixed);
-        }
-    }
-
-    #[inline(always)]
-    fn planar(colours: &[[f32; 4]; WIDTH]) -> [Self; 3] {
+    fn bilinear(
+        texels: &[f32],
+        offsets: &[u32; WIDTH],
+        pitch: u32,
+        across: &Row,
+        down: &Row,
+    ) -> [Self; 3] {
+        let colours = colours(texels, offsets, pitch, across, down);
         let mut planes = [[Avx2::splat(0.0).0[0]; 2]; 3];
         for half in 0..2 {
             // SAFETY: 256 bytes: rows of sixteen floats, of which eight from 8 · half on.
@@ -425,6 +460,7 @@ impl Lanes for Avx2 {
                 planes[2][half] = _mm256_shuffle_ps::<0x44>(ab, cd);
             }
         }
-        planes.map(Avx2)
+        let [red, green, blue] = planes;
+        [Avx2(red), Avx2(green), Avx2(blue)]
     }
 }
