@@ -17,7 +17,7 @@ use crate::{
 };
 use block::Block;
 use incidence::{Flux, Mean, Polarized, first_axis};
-use packet::{Arrival, Batch};
+use packet::{Arrival, Batch, put};
 use spectral_core::{
     camera::CameraRay,
     film::{Tile, TileSums},
@@ -164,19 +164,22 @@ impl Paths<'_> {
     #[inline(always)]
     fn mirror<V: Lanes>(&mut self) {
         for group in self.arrivals.chunks_mut(WIDTH) {
+            let mut normal = [Row::default(); 3];
             let mut direction = [Row::default(); 3];
-            let mut lanes = 0;
+            let (mut cosine, mut lanes) = (Row::default(), 0);
             for (lane, arrival) in group.iter().enumerate() {
                 lanes |= u16::from(arrival.covered) << lane;
-                for k in 0..3 {
-                    direction[k].0[lane] = arrival.direction[k] + 2.0 * arrival.cosine * -arrival.inward[k];
-                }
+                cosine.0[lane] = 2.0 * arrival.cosine;
+                put(&mut normal, lane, arrival.inward);
+                put(&mut direction, lane, arrival.direction);
             }
             if lanes == 0 {
                 continue;
             }
             let light = self.tracer.light;
-            let aim = Aim::new(light, Triple::<V>::load(&direction).renormalized());
+            let mirrored =
+                Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
+            let aim = Aim::new(light, mirrored.renormalized());
             let colours = aim.colours(light, lanes);
             let rows = colours.stored();
             for (lane, arrival) in group.iter_mut().enumerate() {

@@ -205,7 +205,7 @@ pub(crate) fn exp2<V: Lanes>(x: V) -> V {
     // Minimax on [−½, ½] in relative error.
     const C: [f32; 7] = [
         1.0,
-        0.693_147_2,
+        std::f32::consts::LN_2,
         0.240_226_47,
         0.055_503_29,
         0.009_618_489,

@@ -274,17 +274,23 @@ impl Gathered {
             Gathered { lanes: 0, point, direction, inward, axis, colour, cosine: Row([1.0; WIDTH]) };
         for lane in 0..WIDTH {
             let arrival = &arrivals[block.sample[lane] as usize];
-            for k in 0..3 {
-                all.point[k].0[lane] = arrival.point[k];
-                all.direction[k].0[lane] = arrival.direction[k];
-                all.inward[k].0[lane] = arrival.inward[k];
-                all.axis[k].0[lane] = arrival.axis[k];
-                all.colour[k].0[lane] = arrival.colour[k];
-            }
+            put(&mut all.point, lane, arrival.point);
+            put(&mut all.direction, lane, arrival.direction);
+            put(&mut all.inward, lane, arrival.inward);
+            put(&mut all.axis, lane, arrival.axis);
+            put(&mut all.colour, lane, arrival.colour);
             all.cosine.0[lane] = arrival.cosine;
             all.lanes |= u16::from(arrival.covered) << lane;
         }
         all.lanes &= block.lanes;
         all
+    }
+}
+
+/// Puts a vector into a lane.
+#[inline(always)]
+pub(super) fn put(rows: &mut [Row; 3], lane: usize, vector: [f32; 3]) {
+    for (row, coordinate) in rows.iter_mut().zip(vector) {
+        row.0[lane] = coordinate;
     }
 }

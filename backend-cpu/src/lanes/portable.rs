@@ -1,6 +1,9 @@
 //! Sixteen lanes as an array: for NEON, whose registers the compiler fills by itself, and for machines without
 //! fused multiply-add, which is then rounded by way of double precision.
 
+// Every loop runs over the lanes of several arrays.
+#![allow(clippy::needless_range_loop)]
+
 use super::{Lanes, Mask, Row, WIDTH};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 

@@ -131,7 +131,12 @@ impl Mask for Mask256 {
         // SAFETY: values of this type are made only where AVX2 is.
         Mask256(unsafe {
             let lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-            [i32::from(bits), i32::from(bits >> 8)].map_mask(lane)
+            let low = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits)), lane);
+            let high = _mm256_and_si256(_mm256_set1_epi32(i32::from(bits >> 8)), lane);
+            [
+                _mm256_castsi256_ps(_mm256_cmpeq_epi32(low, lane)),
+                _mm256_castsi256_ps(_mm256_cmpeq_epi32(high, lane)),
+            ]
         })
     }
 
@@ -139,27 +144,6 @@ impl Mask for Mask256 {
     fn bits(self) -> u16 {
         // SAFETY: values of this type exist only where AVX2 does.
         unsafe { (_mm256_movemask_ps(self.0[0]) | _mm256_movemask_ps(self.0[1]) << 8) as u16 }
-    }
-}
-
-/// Bits to lanes, half by half.
-trait MapMask {
-    /// All ones in the lanes whose bit is set.
-    ///
-    /// # Safety
-    /// AVX2 must be there.
-    unsafe fn map_mask(self, lane: __m256i) -> [__m256; 2];
-}
-
-impl MapMask for [i32; 2] {
-    #[inline(always)]
-    unsafe fn map_mask(self, lane: __m256i) -> [__m256; 2] {
-        // SAFETY: the caller's promise.
-        unsafe {
-            let low = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(self[0]), lane), lane);
-            let high = _mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32(self[1]), lane), lane);
-            [_mm256_castsi256_ps(low), _mm256_castsi256_ps(high)]
-        }
     }
 }
 
@@ -446,21 +430,26 @@ impl Lanes for Avx2 {
         down: &Row,
     ) -> [Self; 3] {
         let colours = colours(texels, offsets, pitch, across, down);
-        let mut planes = [[Avx2::splat(0.0).0[0]; 2]; 3];
-        for half in 0..2 {
-            // SAFETY: 256 bytes: rows of sixteen floats, of which eight from 8 · half on.
-            unsafe {
-                let from = colours.as_ptr().cast::<f32>().add(8 * half);
-                let (a, b) = (_mm256_loadu_ps(from), _mm256_loadu_ps(from.add(16)));
-                let (c, d) = (_mm256_loadu_ps(from.add(32)), _mm256_loadu_ps(from.add(48)));
-                let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
-                planes[0][half] = _mm256_shuffle_ps::<0x44>(ab, cd);
-                planes[1][half] = _mm256_shuffle_ps::<0xee>(ab, cd);
-                let (ab, cd) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
-                planes[2][half] = _mm256_shuffle_ps::<0x44>(ab, cd);
-            }
-        }
-        let [red, green, blue] = planes;
-        [Avx2(red), Avx2(green), Avx2(blue)]
+        let (low, high) = (transposed(&colours, 0), transposed(&colours, 8));
+        [Avx2([low[0], high[0]]), Avx2([low[1], high[1]]), Avx2([low[2], high[2]])]
+    }
+}
+
+/// Red, green and blue of eight lanes: rows of sixteen floats, of which eight from `first` on.
+#[inline(always)]
+fn transposed(colours: &[[f32; 4]; WIDTH], first: usize) -> [__m256; 3] {
+    let floats = &colours.as_flattened()[first..][..3 * WIDTH + 8];
+    // SAFETY: eight floats from each of four rows of sixteen, of which as many remain; called where AVX2 is.
+    unsafe {
+        let from = floats.as_ptr();
+        let (a, b) = (_mm256_loadu_ps(from), _mm256_loadu_ps(from.add(16)));
+        let (c, d) = (_mm256_loadu_ps(from.add(32)), _mm256_loadu_ps(from.add(48)));
+        let (ab, cd) = (_mm256_unpacklo_ps(a, b), _mm256_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d));
+        [
+            _mm256_shuffle_ps::<0x44>(ab, cd),
+            _mm256_shuffle_ps::<0xee>(ab, cd),
+            _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+        ]
     }
 }
