@@ -95,7 +95,7 @@ fn scene(heat: &Heat) -> String {
     if let Some(fastest) = table::fastest(&heat.measurements) {
         put(&mut out, format_args!(" Fastest: {}.", escape(&label(heat, fastest))));
     }
-    put(&mut out, format_args!("</p>\n<div class=\"scroll\"><table>\n{}", head(&HEADINGS)));
+    put(&mut out, format_args!("</p>\n<div class=\"scroll\"><table class=\"figures\">\n{}", head(&HEADINGS)));
     heat.measurements.iter().for_each(|m| out += &row(heat, m));
     out += "</table></div>\n<div class=\"plots\">\n";
     out += &plot("Rays a second", "million rays a second", &rates(heat));

@@ -12,6 +12,11 @@ const SOFTWARE: &str =
     "software: this driver computes on the processor; its speed says nothing about any GPU.";
 const UNOPTIMISED: &str = "gemtrace was built without optimisation (--release): the processor's figures say nothing about its speed.";
 
+/// Below this a picture's time is the start and the end of work more than the work, s.
+const SHORT: f64 = 0.02;
+const TOO_SHORT: &str = "some pictures took less than 20 ms, too little work for a device to show its speed: ask for more \
+     with --size and --samples.";
+
 /// The columns of a scene's table, by what they show; the first two are names.
 pub const HEADINGS: [&str; 11] = [
     "device",
@@ -75,8 +80,10 @@ pub fn label(heat: &Heat, m: &Measurement) -> String {
 
 /// What a reader of the figures must know first.
 pub fn caveats(heats: &[Heat]) -> Vec<&'static str> {
-    let software = heats.iter().flat_map(|h| &h.measurements).any(|m| m.entrant.is_software());
-    let caveats = [(software, SOFTWARE), (cfg!(debug_assertions), UNOPTIMISED)];
+    let all = || heats.iter().flat_map(|heat| &heat.measurements);
+    let software = all().any(|m| m.entrant.is_software());
+    let short = all().filter_map(Measurement::seconds).any(|s| s.median < SHORT);
+    let caveats = [(software, SOFTWARE), (cfg!(debug_assertions), UNOPTIMISED), (short, TOO_SHORT)];
     caveats.into_iter().filter(|(applies, _)| *applies).map(|(_, text)| text).collect()
 }
 
