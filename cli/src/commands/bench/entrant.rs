@@ -84,20 +84,24 @@ impl Entrant {
 
     /// `"GPU"`, `"software"` or `"processor"`.
     pub fn kind(&self) -> &'static str {
-        match () {
-            () if self.is_software() => "software",
-            () if runs_on_processor(&self.device) => "processor",
-            () => "GPU",
+        if self.is_software() {
+            "software"
+        } else if runs_on_processor(&self.device) {
+            "processor"
+        } else {
+            "GPU"
         }
     }
 
     /// How rays find the surfaces of a scene.
     pub fn intersection(&self, scene: &PreparedScene) -> &'static str {
         let reference = self.backend.name == backend_cpu::REFERENCE.name;
-        match () {
-            () if self.held || reference => self.device.intersection,
-            () if scene.lone_convex_stone().is_some() => "facet planes",
-            () => "SBVH",
+        if self.held || reference {
+            self.device.intersection
+        } else if scene.lone_convex_stone().is_some() {
+            "facet planes"
+        } else {
+            "SBVH"
         }
     }
 
