@@ -1,8 +1,10 @@
 //! The command line: one module a command, each a function from its arguments to a [`Report`].
 
+pub mod bench;
 pub mod check;
 pub mod cut;
 pub mod devices;
+mod figure;
 pub mod materials;
 pub mod render;
 pub mod spectrum;
@@ -52,6 +54,8 @@ pub enum Command {
     Check(check::Args),
     /// List the backends and their devices.
     Devices(devices::Args),
+    /// Measure every device on the same scenes: speed, time to first pixel, agreement with the processor.
+    Bench(bench::Args),
 }
 
 /// What a command has to say.
@@ -104,6 +108,7 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Cut(args) => cut::run(args, console),
         Command::Check(args) => check::run(args, console),
         Command::Devices(args) => Ok(devices::run(args)),
+        Command::Bench(args) => bench::run(args, console),
     }
 }
 

@@ -213,6 +213,14 @@ fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
     }
 }
 
+/// Whether a file can be written there, tried before any work is done.
+///
+/// # Errors
+/// [`Error::Output`] where the folder is missing or not writable, or the name is a folder's.
+pub fn check(path: &Path) -> Result<(), Error> {
+    file::check(path)
+}
+
 /// Writes a text file (a plot, say) as safely as a picture.
 ///
 /// # Errors

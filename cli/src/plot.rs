@@ -1,6 +1,10 @@
-//! Line plots over wavelength, as SVG text.
+//! Plots as SVG text: lines over wavelength, and strips of measurements.
 //!
-//! Panels stand one above the other and share the wavelength axis, as n(λ) and absorption do.
+//! Panels of lines stand one above the other and share the wavelength axis, as n(λ) and absorption do.
+
+mod strip;
+
+pub use strip::{Strip, strips};
 
 use std::fmt::Write as _;
 
@@ -194,7 +198,8 @@ fn put(out: &mut String, arguments: std::fmt::Arguments) {
     out.write_fmt(arguments).ok();
 }
 
-fn escape(content: &str) -> String {
+/// Text for the inside of an element or of an attribute in double quotes.
+pub(crate) fn escape(content: &str) -> String {
     content.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -1,5 +1,9 @@
 //! The picture as it grows: CIE XYZ, coverage and, if asked for, the radiance of every wavelength.
 
+mod agreement;
+
+pub use agreement::Agreement;
+
 use crate::{Error, color::RgbSpace, prepare::PreparedScene};
 
 /// One finished pixel sample.

@@ -1,53 +1,37 @@
 //! How far a backend's picture is from the oracle's, and what is left of it when it is too far.
 
-use crate::gallery::{Exhibit, MEAN, MEDIAN, TOLERANCE};
+use crate::gallery::{Exhibit, MEAN, MEDIAN};
 use exr::prelude::write_rgb_file;
-use spectral_core::{color::RgbSpace, film::Film};
+use spectral_core::{
+    color::RgbSpace,
+    film::{self, Film},
+};
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Relative differences of colours (CIE XYZ), pixel by pixel, over the pixels in which either picture shows a stone.
+/// How a picture of an exhibit compares with the oracle's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
-    /// How many pixels were compared.
-    pub pixels: usize,
-    /// The median difference.
-    pub median: f64,
-    /// The share of pixels that are off by more than [`TOLERANCE`].
-    pub off: f64,
-    /// The difference of the mean colours.
-    pub mean: f64,
-    /// The largest difference.
-    pub worst: f64,
+    /// The differences.
+    pub found: film::Agreement,
     /// The share of pixels that may be off.
     pub allowed: f64,
 }
 
 impl Agreement {
     /// Compares two pictures of an exhibit. Pictures without a stone do not agree.
+    ///
+    /// # Panics
+    /// If they are not of one size.
     pub fn of(exhibit: &Exhibit, expected: &Film, found: &Film) -> Self {
-        let pairs: Vec<_> = places(expected)
-            .filter(|&(x, y)| expected.coverage(x, y) + found.coverage(x, y) > 0.0)
-            .map(|(x, y)| (expected.xyz(x, y).map(f64::from), found.xyz(x, y).map(f64::from)))
-            .collect();
-        let mut errors: Vec<f64> = pairs.iter().map(|(e, f)| difference(*e, *f)).collect();
-        errors.sort_by(f64::total_cmp);
-        let sum = pairs.iter().fold(([0.0; 3], [0.0; 3]), |(e, f), pair| {
-            ([0, 1, 2].map(|c| e[c] + pair.0[c]), [0, 1, 2].map(|c| f[c] + pair.1[c]))
-        });
-        Agreement {
-            pixels: errors.len(),
-            median: errors.get(errors.len() / 2).copied().unwrap_or(f64::INFINITY),
-            off: errors.iter().filter(|e| **e > TOLERANCE).count() as f64 / errors.len() as f64,
-            mean: difference(sum.0, sum.1),
-            worst: errors.last().copied().unwrap_or(f64::INFINITY),
-            allowed: exhibit.outliers,
-        }
+        let found = film::Agreement::of(expected, found).expect("two pictures of one exhibit");
+        Agreement { found, allowed: exhibit.outliers }
     }
 
     /// Whether all bounds hold.
     pub fn holds(&self) -> bool {
-        self.median <= MEDIAN && self.off <= self.allowed && self.mean <= MEAN
+        let found = &self.found;
+        found.median <= MEDIAN && found.off <= self.allowed && found.mean <= MEAN
     }
 
     /// Leaves both pictures and their difference under `target/agreement/`: three EXR images, a PNG image with the
@@ -82,7 +66,8 @@ impl Agreement {
     }
 
     fn json(&self, trial: &str) -> String {
-        let Agreement { pixels, median, off, mean, worst, allowed } = self;
+        let allowed = self.allowed;
+        let film::Agreement { pixels, median, off, mean, worst } = self.found;
         let value = serde_json::json!({
             "trial": trial, "pixels": pixels, "median": median, "off": off, "mean": mean, "worst": worst,
             "allowed": { "median": MEDIAN, "off": allowed, "mean": MEAN },
@@ -94,26 +79,15 @@ impl Agreement {
 /// Worst and allowed, figure by figure.
 impl fmt::Display for Agreement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Agreement { pixels, median, mean, worst, .. } = self;
-        let [off, allowed] = [self.off, self.allowed].map(|share| 100.0 * share);
+        let film::Agreement { pixels, median, mean, worst, off } = self.found;
+        let [off, allowed] = [off, self.allowed].map(|share| 100.0 * share);
+        let tolerance = film::Agreement::TOLERANCE;
         write!(
             f,
-            "{pixels} pixels, median {median:.1e}/{MEDIAN:.0e}, {off:.2}/{allowed:.2} % off by {TOLERANCE:.0e}, \
+            "{pixels} pixels, median {median:.1e}/{MEDIAN:.0e}, {off:.2}/{allowed:.2} % off by {tolerance:.0e}, \
              mean {mean:.1e}/{MEAN:.0e}, worst {worst:.1e}"
         )
     }
-}
-
-fn places(film: &Film) -> impl Iterator<Item = (u32, u32)> + use<> {
-    let (width, height) = (film.width(), film.height());
-    (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
-}
-
-/// Distance of two colours relative to the expected one; a NaN is infinitely far.
-fn difference(expected: [f64; 3], found: [f64; 3]) -> f64 {
-    let size = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let error = size([0, 1, 2].map(|c| found[c] - expected[c])) / size(expected).max(1e-6);
-    if error.is_nan() { f64::INFINITY } else { error }
 }
 
 /// Pixels as 8-bit sRGB.
@@ -156,7 +130,10 @@ mod tests {
         let (one, other) = (grey(exhibit, 0.5), grey(exhibit, 0.502));
         assert!(Agreement::of(exhibit, &one, &one).holds());
         let apart = Agreement::of(exhibit, &one, &other);
-        assert!(!apart.holds() && (apart.median - 4e-3).abs() < 1e-6 && apart.off == 1.0, "{apart}");
+        assert!(
+            !apart.holds() && (apart.found.median - 4e-3).abs() < 1e-6 && apart.found.off == 1.0,
+            "{apart}"
+        );
         let folder = apart.keep("[self-test] artefacts", &one, &other).expect("a folder to write to");
         for name in
             ["expected.exr", "actual.exr", "difference.exr", "expected-actual-difference.png", "figures.json"]

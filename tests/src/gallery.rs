@@ -21,12 +21,11 @@ pub struct Exhibit {
     pub scene: Scene,
     /// The settings.
     pub settings: RenderSettings,
-    /// The share of the stones' pixels that may be off by more than [`TOLERANCE`].
+    /// The share of the stones' pixels that may be off by more than
+    /// [`TOLERANCE`](spectral_core::film::Agreement::TOLERANCE).
     pub outliers: f64,
 }
 
-/// A pixel's relative difference beyond which it counts as off.
-pub const TOLERANCE: f64 = 1e-3;
 /// The largest median of the relative difference.
 pub const MEDIAN: f64 = 1e-5;
 /// The largest relative difference of the mean pictures.

@@ -192,7 +192,8 @@ fn space_remarks(space: RgbSpace, targets: &[Target]) -> impl Iterator<Item = St
     pngs.map(move |t| format!("{} is in sRGB: {} is for EXR only", t.path().display(), space.name()))
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+/// A picture's size from "800x600".
+pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parts: Vec<_> = text.split(['x', 'X', '×']).map(|part| part.trim().parse::<u32>()).collect();
     match parts.as_slice() {
         [Ok(width), Ok(height)] if *width > 0 && *height > 0 => Ok([*width, *height]),

@@ -59,6 +59,7 @@ fn every_kind_of_failure_has_its_exit_code() {
         (&["render", "tiny.toml", "--backend", "cpuu"], 2, "did you mean 'cpu'?"),
         (&["render", "tiny.toml", "--device", "7"], 2, "has no device 7; it has only device 0"),
         (&["render", "tiny.toml", "--size", "0x5"], 2, "800x600"),
+        (&["bench", "--runs", "0"], 2, "0 is not in 1..=1000"),
         (&["render", "tiny.toml", "--space", "rgb"], 2, "unknown colour space 'rgb'"),
         (&["render", "missing.toml"], 3, "missing.toml: no such file"),
         (&["cut", "missing.asc"], 3, "missing.asc: no such file"),

@@ -1,0 +1,37 @@
+//! Pictures inside a page.
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use png::{BitDepth, ColorType, Encoder};
+use spectral_core::color::{RgbSpace, srgb_encode};
+use spectral_core::film::Film;
+
+/// How much a difference is enlarged to be seen.
+pub const GAIN: f32 = 100.0;
+
+/// The picture as a `data:` address. `None` if it cannot be encoded.
+pub fn of(film: &Film) -> Option<String> {
+    encode(film, &film.to_space(RgbSpace::Srgb), 1.0)
+}
+
+/// The difference of two films' colours without its sign, [`GAIN`] times enlarged, as a `data:` address.
+pub fn of_difference(expected: &Film, found: &Film) -> Option<String> {
+    let [a, b] = [expected, found].map(|film| film.to_space(RgbSpace::Srgb));
+    let apart: Vec<[f32; 4]> =
+        a.iter().zip(&b).map(|(a, b)| [0, 1, 2, 3].map(|c| (a[c] - b[c]).abs())).collect();
+    encode(found, &apart, GAIN)
+}
+
+/// Linear pixels as an sRGB PNG of 8 bits; where nothing is, black.
+fn encode(film: &Film, pixels: &[[f32; 4]], gain: f32) -> Option<String> {
+    let channel = |c: f32| (255.0 * srgb_encode(f64::from(c * gain).clamp(0.0, 1.0))).round() as u8;
+    let bytes: Vec<u8> = pixels.iter().flat_map(|[r, g, b, _]| [*r, *g, *b].map(channel)).collect();
+    let mut file = Vec::new();
+    let mut encoder = Encoder::new(&mut file, film.width(), film.height());
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    let mut writer = encoder.write_header().ok()?;
+    writer.write_image_data(&bytes).ok()?;
+    writer.finish().ok()?;
+    Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
+}
