@@ -177,8 +177,7 @@ impl Paths<'_> {
                 continue;
             }
             let light = self.tracer.light;
-            let mirrored =
-                Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
+            let mirrored = Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
             let aim = Aim::new(light, mirrored.renormalized());
             let colours = aim.colours(light, lanes);
             let rows = colours.stored();
@@ -216,25 +215,39 @@ impl Paths<'_> {
     }
 }
 
-/// For each facet the facets that it shares an edge with, in ascending order.
+/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
+/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
+/// nearly parallel to it.
 fn adjacent(scene: &PreparedScene) -> Vec<Vec<usize>> {
+    /// Cosine of the angle below which planes are nearly parallel.
+    const NEARLY: f64 = 0.98;
     let geometry = &scene.geometry;
+    let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut edges = HashMap::new();
-    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
-    for (corners, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
         for k in 0..3 {
-            edges.insert((corners[k], corners[(k + 1) % 3]), facet as usize);
+            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
+            corners.entry(triangle[k]).or_default().push(facet as usize);
         }
     }
+    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
     for (&(from, to), &facet) in &edges {
-        let beyond = edges.get(&(to, from)).copied().unwrap_or(facet);
-        if beyond != facet {
-            adjacent[facet].push(beyond);
+        adjacent[facet].extend(edges.get(&(to, from)));
+    }
+    for around in corners.values() {
+        for &facet in around {
+            let normal = geometry.facets[facet].normal;
+            adjacent[facet]
+                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
         }
     }
-    for list in &mut adjacent {
+    for (facet, list) in adjacent.iter_mut().enumerate() {
         list.sort_unstable();
         list.dedup();
+        list.retain(|&j| j != facet);
     }
     adjacent
 }
+
+#[cfg(test)]
+mod tests;

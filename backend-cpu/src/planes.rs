@@ -86,7 +86,7 @@ impl<V: Lanes> Exit<V> {
 }
 
 impl Planes {
-    /// The planes of a convex stone, and for each facet those that it shares a corner with. `margin` bounds the
+    /// The planes of a convex stone, and for each facet those that bound its polygon. `margin` bounds the
     /// rounding of a point's distance from a plane, mm.
     pub fn new(facets: &[FacetPlane], adjacent: &[Vec<usize>], margin: f32) -> Self {
         let mut sides = Vec::new();
@@ -169,10 +169,8 @@ impl Planes {
         for group in &self.sides[around.clone()] {
             for side in group {
                 let [x, y, z] = side.normal;
-                let beyond = V::splat(z).fma(
-                    point.z,
-                    V::splat(y).fma(point.y, V::splat(x).fma(point.x, V::splat(-side.offset))),
-                );
+                let beyond = V::splat(z)
+                    .fma(point.z, V::splat(y).fma(point.y, V::splat(x).fma(point.x, V::splat(-side.offset))));
                 inside = inside & beyond.lt(zero);
             }
         }

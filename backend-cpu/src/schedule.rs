@@ -217,11 +217,7 @@ impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
 }
 
 /// A pixel sample from the radiances of its wavelengths.
-pub(crate) fn seen<T: Copy + Into<f64>>(
-    table: &SpectralTable,
-    radiance: &[T],
-    covered: bool,
-) -> PixelSample {
+pub(crate) fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: bool) -> PixelSample {
     let mut xyz = [0.0; 3];
     for (weight, value) in table.response.iter().zip(radiance) {
         let value: f64 = (*value).into();

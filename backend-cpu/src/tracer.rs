@@ -5,7 +5,7 @@ use crate::{
     instructions::Instructions,
     light::Light,
     line::Line,
-    schedule::{self, Pixelwise, PixelTracer, Work},
+    schedule::{self, PixelTracer, Pixelwise, Work},
     surface::Surfaces,
     throughput::{Polarized, Throughput},
     tree::{Ray, Tree},

@@ -43,9 +43,7 @@ impl Block {
             row
         };
         let n = |line: &Line| f64::from(line.media[material].n);
-        let fade = row(&|line| {
-            f64::from(line.media[material].absorption) * std::f64::consts::LOG2_E
-        });
+        let fade = row(&|line| f64::from(line.media[material].absorption) * std::f64::consts::LOG2_E);
         Block {
             lanes: ((1u32 << lines.len()) - 1) as u16,
             sample: std::array::from_fn(|lane| place(lane).0),
@@ -71,14 +69,10 @@ impl Block {
         let middle = r.min(g).max(r.max(g).min(b));
         // The secondary lacks the least component; the primary is the greatest.
         let (r_over, g_over) = (least.lt(r), least.lt(g));
-        let secondary = V::select(
-            r_over,
-            V::select(g_over, V::load(yellow), V::load(magenta)),
-            V::load(cyan),
-        );
+        let secondary =
+            V::select(r_over, V::select(g_over, V::load(yellow), V::load(magenta)), V::load(cyan));
         let (r_under, g_under) = (r.lt(most), g.lt(most));
-        let primary =
-            V::select(r_under, V::select(g_under, V::load(blue), V::load(green)), V::load(red));
+        let primary = V::select(r_under, V::select(g_under, V::load(blue), V::load(green)), V::load(red));
         (most - middle).fma(primary, (middle - least).fma(secondary, least * V::load(white)))
     }
 }

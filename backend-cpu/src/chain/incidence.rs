@@ -173,12 +173,8 @@ impl<V: Lanes> Flux<V> for Polarized<V> {
         let difference = V::select(at.total, zero, (s - p) * half);
         let re = V::select(at.total, b.fnma(b, a * a) * inverse, r_s * r_p);
         let im = V::select(at.total, (a + a) * b * inverse, zero);
-        let row = [
-            i.fma(mean, q * difference),
-            i.fma(difference, q * mean),
-            u.fma(re, v * im),
-            u.fnma(im, v * re),
-        ];
+        let row =
+            [i.fma(mean, q * difference), i.fma(difference, q * mean), u.fma(re, v * im), u.fnma(im, v * re)];
         let leaving = q.fnma(difference, i * (one - mean));
         (Polarized { row, axis }, leaving)
     }

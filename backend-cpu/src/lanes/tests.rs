@@ -30,16 +30,33 @@ impl Task for Operations {
         let [a, b, c] = [V::load(&self.0[0]), V::load(&self.0[1]), V::load(&self.0[2])];
         let fraction = a / (a.abs() + b.abs() + V::splat(1.0));
         let texels = [self.0[0].0, self.0[1].0, self.0[2].0, self.0[0].0].concat();
-        let share = fraction.abs();
+        let share = fraction.abs() * V::splat(0.999);
         let (row, column) = ((share * V::splat(2.0)).floor(), (share * V::splat(5.0)).floor());
         let offsets = V::offsets(a.lt(b), row, column, 21);
         let [red, green, blue] = V::bilinear(&texels, &offsets, 21, &share.stored(), &(b / a).stored());
         let mask = a.lt(b) & !b.lt(c) | V::Mask::from_bits(0x1248);
         let results = [
-            a + b, a - b, a * b, a / b, -a, a.fma(b, c), a.fnma(b, c), a.abs().sqrt(), a.min(b), a.max(b),
-            (fraction * V::splat(1000.0)).floor(), V::select(mask, a, b), red, green, blue,
-            (fraction * V::splat(100.0)).floor().power_of_two(), exp2(fraction * V::splat(130.0)),
-            turns(a, b), turns(b, c), V::splat(a.least()), Triple { x: a, y: b, z: c }.renormalized().y,
+            a + b,
+            a - b,
+            a * b,
+            a / b,
+            -a,
+            a.fma(b, c),
+            a.fnma(b, c),
+            a.abs().sqrt(),
+            a.min(b),
+            a.max(b),
+            (fraction * V::splat(1000.0)).floor(),
+            V::select(mask, a, b),
+            red,
+            green,
+            blue,
+            (fraction * V::splat(100.0)).floor().power_of_two(),
+            exp2(fraction * V::splat(130.0)),
+            turns(a, b),
+            turns(b, c),
+            V::splat(a.least()),
+            Triple { x: a, y: b, z: c }.renormalized().y,
         ];
         let mut bits = vec![u32::from(mask.bits())];
         for result in results {

@@ -248,13 +248,7 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn bilinear(
-        texels: &[f32],
-        offsets: &[u32; WIDTH],
-        pitch: u32,
-        across: &Row,
-        down: &Row,
-    ) -> [Self; 3] {
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
         let colours = colours(texels, offsets, pitch, across, down);
         // SAFETY: 256 bytes, sixteen floats a register; values of this type are made only where AVX-512 F is.
         unsafe {
@@ -422,13 +416,7 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn bilinear(
-        texels: &[f32],
-        offsets: &[u32; WIDTH],
-        pitch: u32,
-        across: &Row,
-        down: &Row,
-    ) -> [Self; 3] {
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
         let colours = colours(texels, offsets, pitch, across, down);
         let (low, high) = (transposed(&colours, 0), transposed(&colours, 8));
         [Avx2([low[0], high[0]]), Avx2([low[1], high[1]]), Avx2([low[2], high[2]])]
