@@ -12,12 +12,21 @@ pub(crate) struct Account {
     pub lost: f64,
 }
 
-/// Sums over pixels in fixed point: integers add up to the same total in any order.
+/// Sums in fixed point, in the order of [`Fate`], then lost: integers add up to the same total in any order.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Ledger {
     rays: u64,
     started: u64,
     energies: [u128; 4],
+}
+
+/// What may become of throughput that neither arrives nor is absorbed; as [`Energy`](spectral_core::tracer::Energy) has
+/// it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Fate {
+    DroppedDepth,
+    DroppedThreshold,
+    LeftAtLimit,
 }
 
 /// 2⁴⁸ parts of one unit of throughput.
@@ -31,6 +40,23 @@ impl Ledger {
         for (sum, part) in self.energies.iter_mut().zip(parts) {
             *sum += (part * UNIT) as u128;
         }
+    }
+
+    /// Counts a tile's pixel samples × wavelengths.
+    pub fn start(&mut self, started: usize) {
+        self.started += started as u64;
+    }
+
+    /// Counts rays.
+    #[inline(always)]
+    pub fn count(&mut self, rays: u64) {
+        self.rays += rays;
+    }
+
+    /// Adds shares of throughput.
+    pub fn add(&mut self, fate: Fate, shares: &[f32]) {
+        self.energies[fate as usize] +=
+            shares.iter().map(|share| (f64::from(*share) * UNIT) as u128).sum::<u128>();
     }
 
     pub fn rays(&self) -> u64 {

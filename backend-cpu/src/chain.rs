@@ -1,201 +1,253 @@
 //! One convex stone under an environment: what leaves never returns, so a path is a chain of internal
 //! reflections, not a tree, and the next facet is the nearest plane.
 
+mod block;
+mod incidence;
+mod packet;
+mod texel;
+
 use crate::{
-    account::Account,
-    direction::{reflected, refracted},
+    account::Ledger,
+    instructions::{Instructions, Task},
+    lanes::{Lanes, Row, Triple, WIDTH},
     light::Light,
     line::Line,
-    planes::{Entry, Planes},
-    throughput::Throughput,
+    planes::Planes,
+    schedule::{Finished, TileTracer, seen},
 };
-use glam::Vec3;
+use block::Block;
+use incidence::{Flux, Mean, Polarized, first_axis};
+use packet::{Arrival, Batch, put};
 use spectral_core::{
-    fresnel::dielectric,
+    camera::CameraRay,
+    film::{Tile, TileSums},
     prepare::PreparedScene,
-    settings::{Leftover, RenderSettings},
+    scene::Background,
+    settings::{Leftover, RenderSettings, pixel_offset},
 };
 use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use texel::Aim;
 
 /// The scene reduced to one convex stone.
 #[derive(Debug)]
 pub(crate) struct Chain {
-    pub planes: Planes,
+    planes: Planes,
     material: usize,
     max_depth: u32,
     threshold: f32,
     leftover: Leftover,
+    instructions: Instructions,
 }
 
-/// A ray inside the stone.
-struct Inside<'a, P> {
-    origin: Vec3,
-    direction: Vec3,
-    throughput: P,
-    trail: &'a mut Trail,
-    /// Segments so far.
-    steps: usize,
+/// A chain with its light and its spectral lines.
+pub(crate) struct ChainTracer<'a> {
+    pub chain: &'a Chain,
+    pub scene: &'a PreparedScene,
+    pub light: &'a Light,
+    /// By sample (one entry if all share it), then by wavelength.
+    pub lines: &'a [Vec<Line>],
 }
 
-/// The facets that the last wavelength of this sample met, one a segment: the best guess for the next one.
-#[derive(Debug, Default)]
-pub(crate) struct Trail(Vec<usize>);
-
-impl Trail {
-    /// Forgets the facets, for another sample: guesses never come from outside it, so that the order of work
-    /// cannot show.
-    pub fn clear(&mut self) {
-        self.0.clear();
-    }
-
-    fn guess(&self, step: usize) -> usize {
-        self.0.get(step).copied().unwrap_or(usize::MAX)
-    }
-
-    fn note(&mut self, step: usize, facet: usize) {
-        match self.0.get_mut(step) {
-            Some(place) => *place = facet,
-            None => self.0.push(facet),
-        }
-    }
+/// A tile's paths, for any instruction set.
+struct Paths<'a> {
+    tracer: &'a ChainTracer<'a>,
+    /// The samples of each pixel in turn.
+    arrivals: Vec<Arrival>,
+    /// Samples a pixel.
+    samples: usize,
+    blocks: &'a [Block],
+    radiances: &'a mut [f32],
+    ledger: &'a mut Ledger,
+    stop: &'a AtomicBool,
 }
 
 impl Chain {
     /// The chain for a scene, if it is one convex stone seen from outside.
-    pub fn new(scene: &PreparedScene) -> Option<Self> {
+    pub fn new(scene: &PreparedScene, instructions: Instructions) -> Option<Self> {
         let stone = scene.lone_convex_stone()?;
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let facets = &scene.geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
         Some(Chain {
-            planes: Planes::new(facets, &adjacent(scene)),
+            planes: Planes::new(facets, &adjacent(scene), scene.geometry.rounding().margin),
             material: stone.material as usize,
             max_depth,
             threshold: threshold as f32,
             leftover,
+            instructions,
         })
-    }
-
-    /// Radiance towards the eye along a camera ray of unit `direction` that enters the stone at `entry`.
-    pub fn radiance<P: Throughput<f32>>(
-        &self,
-        entry: &Entry,
-        direction: Vec3,
-        line: &Line,
-        light: &Light,
-        trail: &mut Trail,
-        account: &mut Account,
-    ) -> f32 {
-        let n = line.media[self.material].n;
-        let normal = self.planes.normal(entry.facet);
-        let cos_i = -normal.dot(direction);
-        let event = dielectric(cos_i, 1.0 / n);
-        let [outer, inner] =
-            P::eye(direction.to_array()).split(direction.to_array(), normal.to_array(), &event);
-        account.rays += 2;
-        let mirrored = light.radiance(reflected(direction, normal), line) * outer.intensity();
-        if inner.intensity() < self.threshold {
-            account.dropped_threshold += f64::from(inner.intensity());
-            return mirrored;
-        }
-        let into = refracted(direction, normal, cos_i, event.cos_t, 1.0 / n);
-        let ray =
-            Inside { origin: entry.point.as_vec3(), direction: into, throughput: inner, trail, steps: 0 };
-        mirrored + self.internal(ray, line, light, account)
-    }
-
-    /// What the chain of internal reflections gathers.
-    fn internal<P: Throughput<f32>>(
-        &self,
-        mut ray: Inside<'_, P>,
-        line: &Line,
-        light: &Light,
-        account: &mut Account,
-    ) -> f32 {
-        let medium = &line.media[self.material];
-        let mut sum = 0.0;
-        for _ in 1..self.max_depth {
-            let facet = self.advance(&mut ray, medium.absorption);
-            let normal = self.planes.normal(facet);
-            let cos_i = normal.dot(ray.direction);
-            let event = dielectric(cos_i, medium.n);
-            let [inner, outer] = ray.throughput.split(ray.direction.to_array(), normal.to_array(), &event);
-            account.rays += 1;
-            if !event.tir {
-                let out = refracted(ray.direction, -normal, cos_i, event.cos_t, medium.n);
-                sum += light.radiance(out, line) * outer.intensity();
-                account.rays += 1;
-            }
-            if inner.intensity() < self.threshold {
-                account.dropped_threshold += f64::from(inner.intensity());
-                return sum;
-            }
-            ray.direction = reflected(ray.direction, normal);
-            ray.throughput = inner;
-        }
-        sum + self.at_limit(ray, line, light, account)
-    }
-
-    /// Moves a ray to the facet it meets next, fading on the way; returns the facet.
-    #[inline]
-    fn advance<P: Throughput<f32>>(&self, ray: &mut Inside<'_, P>, absorption: f32) -> usize {
-        let exit = self.planes.exit_near(ray.origin, ray.direction, ray.trail.guess(ray.steps));
-        ray.trail.note(ray.steps, exit.facet);
-        ray.steps += 1;
-        ray.origin += ray.direction * exit.distance;
-        if absorption > 0.0 {
-            ray.throughput = ray.throughput.scaled((-absorption * exit.distance).exp());
-        }
-        exit.facet
-    }
-
-    /// What becomes of a ray that would make one event too many.
-    fn at_limit<P: Throughput<f32>>(
-        &self,
-        mut ray: Inside<'_, P>,
-        line: &Line,
-        light: &Light,
-        account: &mut Account,
-    ) -> f32 {
-        let medium = &line.media[self.material];
-        let facet = self.advance(&mut ray, medium.absorption);
-        let left = ray.throughput.intensity();
-        account.rays += 1;
-        if self.leftover == Leftover::Drop {
-            account.dropped_depth += f64::from(left);
-            return 0.0;
-        }
-        account.left_at_limit += f64::from(left);
-        let normal = self.planes.normal(facet);
-        let cos_i = normal.dot(ray.direction);
-        let event = dielectric(cos_i, medium.n);
-        let out = if event.tir {
-            ray.direction
-        } else {
-            refracted(ray.direction, -normal, cos_i, event.cos_t, medium.n)
-        };
-        light.radiance(out, line) * left
     }
 }
 
-/// For each facet the facets that it shares an edge with, in ascending order.
+impl TileTracer for ChainTracer<'_> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+        let lines = |sample: u32| &self.lines[sample as usize % self.lines.len()];
+        let (wavelengths, count) = (self.scene.wavelength_count(), samples.len());
+        let blocks = Block::all(samples.clone().map(|s| lines(s).as_slice()), self.chain.material);
+        let arrivals = self.arrivals(tile, &samples);
+        let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.covered).collect();
+        let mut radiances = vec![0.0; arrivals.len() * wavelengths];
+        let mut ledger = Ledger::default();
+        ledger.start(radiances.len());
+        let finished = self.chain.instructions.run(Paths {
+            tracer: self,
+            arrivals,
+            samples: count,
+            blocks: &blocks,
+            radiances: &mut radiances,
+            ledger: &mut ledger,
+            stop,
+        });
+        finished.then(|| {
+            let pixels = radiances.chunks_exact(wavelengths).zip(&covered).enumerate();
+            let sample = |k: usize| self.scene.table(samples.start + (k % count) as u32);
+            let seen = pixels.map(|(k, (radiance, covered))| seen(sample(k), radiance, *covered)).collect();
+            let radiance = if self.scene.settings.spectral { radiances } else { Vec::new() };
+            Finished { sums: TileSums { tile, samples: seen, radiance }, ledger }
+        })
+    }
+}
+
+impl ChainTracer<'_> {
+    fn arrivals(&self, tile: Tile, samples: &Range<u32>) -> Vec<Arrival> {
+        let (scene, mut arrivals) = (self.scene, Vec::new());
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                for sample in samples.clone() {
+                    let [dx, dy] = pixel_offset(sample, scene.settings.samples);
+                    arrivals.push(self.arrival(&scene.view.ray(f64::from(x) + dx, f64::from(y) + dy)));
+                }
+            }
+        }
+        arrivals
+    }
+
+    fn arrival(&self, ray: &CameraRay) -> Arrival {
+        let Some(entry) = self.chain.planes.entry(ray.origin, ray.direction) else {
+            if self.scene.background == Background::Transparent {
+                return Arrival::default();
+            }
+            // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
+            let colour = self.scene.environment.rgb(ray.direction).map(|c| c as f32);
+            return Arrival { colour, ..Arrival::default() };
+        };
+        let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(entry.facet));
+        Arrival {
+            covered: true,
+            point: entry.point.as_vec3().to_array(),
+            direction: direction.to_array(),
+            inward: normal.map(|n| -n),
+            axis: first_axis(direction.to_array(), normal),
+            cosine: -direction.dot(normal.into()),
+            colour: [0.0; 3],
+        }
+    }
+}
+
+impl Task for Paths<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes>(mut self) -> bool {
+        self.mirror::<V>();
+        if self.tracer.scene.settings.polarized {
+            self.follow::<V, Polarized<V>>()
+        } else {
+            self.follow::<V, Mean<V>>()
+        }
+    }
+}
+
+impl Paths<'_> {
+    /// Looks up what the first surface mirrors.
+    #[inline(always)]
+    fn mirror<V: Lanes>(&mut self) {
+        for group in self.arrivals.chunks_mut(WIDTH) {
+            let mut normal = [Row::default(); 3];
+            let mut direction = [Row::default(); 3];
+            let (mut cosine, mut lanes) = (Row::default(), 0);
+            for (lane, arrival) in group.iter().enumerate() {
+                lanes |= u16::from(arrival.covered) << lane;
+                cosine.0[lane] = 2.0 * arrival.cosine;
+                put(&mut normal, lane, arrival.inward);
+                put(&mut direction, lane, arrival.direction);
+            }
+            if lanes == 0 {
+                continue;
+            }
+            let light = self.tracer.light;
+            let mirrored = Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
+            let aim = Aim::new(light, mirrored.renormalized());
+            let colours = aim.colours(light, lanes);
+            let rows = colours.stored();
+            for (lane, arrival) in group.iter_mut().enumerate() {
+                if arrival.covered {
+                    arrival.colour = [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]];
+                }
+            }
+        }
+    }
+
+    /// Follows all paths; false if broken off.
+    #[inline(always)]
+    fn follow<V: Lanes, F: Flux<V>>(self) -> bool {
+        let ChainTracer { chain, scene, light, .. } = self.tracer;
+        let behind = scene.background != Background::Transparent;
+        let lines = self.radiances.len() / self.arrivals.len().max(1) * self.samples;
+        let mut batch = Batch::<V, F>::new(chain, light, self.blocks, self.radiances, self.ledger);
+        for (pixel, arrivals) in self.arrivals.chunks_exact(self.samples).enumerate() {
+            if !behind && arrivals.iter().all(|arrival| !arrival.covered) {
+                continue;
+            }
+            for block in 0..self.blocks.len() {
+                if batch.is_full() {
+                    batch.run();
+                    if self.stop.load(Ordering::Relaxed) {
+                        return false;
+                    }
+                }
+                batch.enter(block, pixel * lines + block * WIDTH, arrivals, behind);
+            }
+        }
+        batch.run();
+        true
+    }
+}
+
+/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
+/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
+/// nearly parallel to it.
 fn adjacent(scene: &PreparedScene) -> Vec<Vec<usize>> {
+    /// Cosine of the angle below which planes are nearly parallel.
+    const NEARLY: f64 = 0.98;
     let geometry = &scene.geometry;
+    let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut edges = HashMap::new();
-    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
-    for (corners, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
         for k in 0..3 {
-            edges.insert((corners[k], corners[(k + 1) % 3]), facet as usize);
+            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
+            corners.entry(triangle[k]).or_default().push(facet as usize);
         }
     }
+    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
     for (&(from, to), &facet) in &edges {
-        let beyond = edges.get(&(to, from)).copied().unwrap_or(facet);
-        if beyond != facet {
-            adjacent[facet].push(beyond);
+        adjacent[facet].extend(edges.get(&(to, from)));
+    }
+    for around in corners.values() {
+        for &facet in around {
+            let normal = geometry.facets[facet].normal;
+            adjacent[facet]
+                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
         }
     }
-    for list in &mut adjacent {
+    for (facet, list) in adjacent.iter_mut().enumerate() {
         list.sort_unstable();
         list.dedup();
+        list.retain(|&j| j != facet);
     }
     adjacent
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,7 +1,8 @@
 //! The CPU backend of gemtrace, and the oracle that all backends are held to.
 //!
-//! * [`CPU`]: single precision, rayon over tiles. One convex stone is traced against its facet planes
-//!   (`chain`); anything else through the SBVH of `accel` (`tree`).
+//! * [`CPU`]: single precision, rayon over tiles. One convex stone is traced against its facet planes, sixteen
+//!   wavelengths at a time in the best [`Instructions`] that the machine has (`chain`); anything else through the
+//!   SBVH of `accel` (`tree`).
 //! * [`REFERENCE`]: double precision, every triangle tested for every ray, nothing clever. Slow, simple, and
 //!   what the others are compared with.
 //!
@@ -10,6 +11,8 @@
 mod account;
 mod chain;
 mod direction;
+mod instructions;
+mod lanes;
 mod light;
 mod line;
 mod planes;
@@ -20,6 +23,7 @@ mod throughput;
 mod tracer;
 mod tree;
 
+pub use instructions::Instructions;
 use spectral_core::tracer::{Backend, DeviceInfo};
 
 /// The CPU backend.

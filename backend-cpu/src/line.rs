@@ -37,6 +37,11 @@ impl Line {
             .collect()
     }
 
+    /// Radiance of Smits's seven bases: white, cyan, magenta, yellow, red, green, blue.
+    pub fn basis(&self) -> &[f32; 7] {
+        &self.basis
+    }
+
     /// Smits's expansion of a non-negative linear sRGB colour: the least component is white, what the
     /// middle one has more is the secondary of the two larger, the rest is the primary of the largest.
     #[inline]

@@ -1,41 +1,54 @@
-//! The facet planes of one convex stone, laid out for the compiler to take several at a time.
+//! The facet planes of one convex stone, and where rays inside it meet them.
 //!
-//! Inside a convex solid the exit facet maximises (n·d)/(offset − n·o): a linear programme on the polar dual,
-//! whose vertices are the facets and whose edges are the solid's edges. A facet that beats its edge-adjacent
-//! neighbours is therefore the one, and a good guess, such as the facet that the next wavelength met, costs a
-//! handful of planes to verify instead of all of them.
+//! A ray inside a convex solid leaves through the plane that it meets first. **Search** compares all planes for
+//! one ray, sixteen planes at a time. **Verify** takes a facet that may be the one for sixteen rays at a time: if
+//! a ray meets the facet's plane inside the facet's polygon, it is the one, since the polygon is part of the
+//! solid's surface. Wavelengths of one camera ray stay together for many reflections, so one search mostly serves
+//! them all.
+//!
+//! A guess is believed only where the point is inside the polygon by a margin that covers the rounding of both
+//! ways. Elsewhere the ray is searched for. So what a ray meets never depends on who guessed, and the picture not
+//! on how rays were grouped.
 
-use glam::{DVec3, Vec3};
-use multiversion::multiversion;
+use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use glam::DVec3;
 use spectral_core::prepare::FacetPlane;
+use std::ops::Range;
 
-/// Planes are handled in blocks of this many, padded with planes that are never met.
-const BLOCK: usize = 16;
+/// The sides of a facet are tested so many at a time: few facets have as many as two groups, so the processor
+/// mostly guesses right where the loop ends.
+const UNROLLED: usize = 4;
 
-/// A block of facet planes, one array a coordinate.
+/// Sixteen facet planes, one row a coordinate.
 #[derive(Debug, Clone, Copy)]
 struct Block {
-    normal: [[f32; BLOCK]; 3],
-    offset: [f32; BLOCK],
+    normal: [Row; 3],
+    offset: Row,
+}
+
+/// A facet: its plane n · x = d, and the planes around it.
+#[derive(Debug, Clone)]
+struct Facet {
+    normal: [f32; 3],
+    offset: f32,
+    /// In groups of [`UNROLLED`].
+    around: Range<usize>,
+}
+
+/// A plane, n and d, moved inwards by the margin.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    normal: [f32; 3],
+    offset: f32,
 }
 
 /// The half-spaces whose intersection is the stone.
 #[derive(Debug, Clone)]
 pub(crate) struct Planes {
     blocks: Vec<Block>,
-    /// For each facet the planes of its edge-adjacent neighbours.
-    neighbours: Vec<Vec<Block>>,
-    normals: Vec<Vec3>,
+    facets: Vec<Facet>,
+    sides: Vec<[Side; UNROLLED]>,
     exact: Vec<FacetPlane>,
-}
-
-/// Where a ray leaves a convex stone.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Exit {
-    /// Length of the segment, mm; never negative.
-    pub distance: f32,
-    /// Index of the facet.
-    pub facet: usize,
 }
 
 /// Where a camera ray enters a convex stone.
@@ -45,51 +58,140 @@ pub(crate) struct Entry {
     pub facet: usize,
 }
 
+/// Where rays inside the stone meet its surface.
+#[derive(Clone, Copy)]
+pub(crate) struct Exit<V> {
+    pub point: Triple<V>,
+    /// Unit outward normal.
+    pub normal: Triple<V>,
+    /// Cosine between the ray and the normal, above 0.
+    pub cosine: V,
+    /// Length of the segment, mm; never negative.
+    pub distance: V,
+}
+
+impl<V: Lanes> Exit<V> {
+    /// Takes over the lanes whose bit is set; returns them.
+    #[inline(always)]
+    fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
+        let mask = V::Mask::from_bits(lanes);
+        *self = Exit {
+            point: Triple::select(mask, other.point, self.point),
+            normal: Triple::select(mask, other.normal, self.normal),
+            cosine: V::select(mask, other.cosine, self.cosine),
+            distance: V::select(mask, other.distance, self.distance),
+        };
+        lanes
+    }
+}
+
 impl Planes {
-    /// The planes of a convex stone, and for each facet those it shares an edge with.
-    pub fn new(facets: &[FacetPlane], adjacent: &[Vec<usize>]) -> Self {
-        let around = |list: &Vec<usize>| blocks(list.iter().map(|&j| &facets[j]));
-        Planes {
-            blocks: blocks(facets.iter()),
-            neighbours: adjacent.iter().map(around).collect(),
-            normals: facets.iter().map(|f| f.normal.as_vec3()).collect(),
-            exact: facets.to_vec(),
-        }
+    /// The planes of a convex stone, and for each facet those that bound its polygon. `margin` bounds the
+    /// rounding of a point's distance from a plane, mm.
+    pub fn new(facets: &[FacetPlane], adjacent: &[Vec<usize>], margin: f32) -> Self {
+        let mut sides = Vec::new();
+        let facet = |(plane, around): (&FacetPlane, &Vec<usize>)| {
+            let first = sides.len() / UNROLLED;
+            sides.extend(around.iter().map(|&j| Side {
+                normal: facets[j].normal.as_vec3().to_array(),
+                offset: facets[j].offset as f32 - margin,
+            }));
+            // A side that every point is inside of.
+            let nowhere = Side { normal: [0.0; 3], offset: 1.0 };
+            sides.resize(sides.len().next_multiple_of(UNROLLED), nowhere);
+            let normal = plane.normal.as_vec3().to_array();
+            Facet { normal, offset: plane.offset as f32, around: first..sides.len() / UNROLLED }
+        };
+        let facets_around: Vec<Facet> = facets.iter().zip(adjacent).map(facet).collect();
+        let sides = sides.as_chunks().0.to_vec();
+        Planes { blocks: blocks(facets), facets: facets_around, sides, exact: facets.to_vec() }
     }
 
     /// The unit outward normal of a facet.
-    #[inline]
-    pub fn normal(&self, facet: usize) -> Vec3 {
-        self.normals[facet]
+    pub fn normal(&self, facet: usize) -> [f32; 3] {
+        self.facets[facet].normal
     }
 
-    /// The facet through which a ray from inside leaves: the nearest plane that it runs towards.
+    /// Where rays inside the stone that are `alive` leave it; other lanes hold any finite values. `guess` is a
+    /// facet to try first, and afterwards the last one met.
     ///
-    /// No epsilon: a ray never runs towards the facet it has just been reflected by, and a start that
-    /// rounding put beyond a plane leaves through it at distance 0. Ties go to the lowest index.
-    #[inline]
-    pub fn exit(&self, origin: Vec3, direction: Vec3) -> Exit {
-        nearest_plane(&self.blocks, origin.to_array(), direction.to_array())
-    }
-
-    /// [`exit`](Self::exit), given a facet that may be the one.
-    #[inline]
-    pub fn exit_near(&self, origin: Vec3, direction: Vec3, guess: usize) -> Exit {
-        let Some(plane) = self.exact.get(guess).map(|_| self.normals[guess]) else {
-            return self.exit(origin, direction);
-        };
-        let towards = plane.dot(direction);
-        let gap = self.offset(guess) - plane.dot(origin);
-        let (o, d) = (origin.to_array(), direction.to_array());
-        if towards > 0.0 && gap >= 0.0 && beats(&self.neighbours[guess], [gap, towards], o, d) {
-            return Exit { distance: gap / towards, facet: guess };
+    /// No epsilon: a ray never runs towards the facet it has just been reflected by, and a start that rounding
+    /// put beyond a plane leaves through it at distance 0.
+    #[inline(always)]
+    pub fn exits<V: Lanes>(
+        &self,
+        origin: Triple<V>,
+        direction: Triple<V>,
+        alive: u16,
+        guess: &mut usize,
+    ) -> Exit<V> {
+        let zero = V::splat(0.0);
+        let nowhere = Triple { x: zero, y: zero, z: zero };
+        let mut exit = Exit { point: origin, normal: nowhere, cosine: V::splat(1.0), distance: zero };
+        let mut open = alive;
+        let (met, inside) = self.verify(origin, direction, *guess);
+        open &= !exit.accept(&met, open & inside);
+        if open == 0 {
+            return exit;
         }
-        self.exit(origin, direction)
+        let rows = [origin.stored(), direction.stored()];
+        while open != 0 {
+            // The first and the last wavelength differ most; their searches run side by side.
+            let lanes = [open.trailing_zeros(), 15 - open.leading_zeros()];
+            let found = self.search::<V>(lanes.map(|lane| {
+                let lane = lane as usize % WIDTH;
+                rows.each_ref().map(|row| row.each_ref().map(|coordinate| coordinate.0[lane]))
+            }));
+            for (lane, facet) in lanes.into_iter().zip(found) {
+                let (met, inside) = self.verify(origin, direction, facet);
+                // What a search has found needs no second opinion.
+                open &= !exit.accept(&met, open & (inside | 1 << lane));
+                *guess = facet;
+                if open == 0 {
+                    return exit;
+                }
+            }
+        }
+        exit
     }
 
-    #[inline]
-    fn offset(&self, facet: usize) -> f32 {
-        self.blocks[facet / BLOCK].offset[facet % BLOCK]
+    /// Where rays meet the plane of a facet, and, as bits, which of them do so well inside its polygon.
+    #[inline(always)]
+    fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
+        let Facet { normal, offset, around } = &self.facets[facet];
+        let normal = Triple::splat(*normal);
+        let cosine = normal.dot(direction);
+        let zero = V::splat(0.0);
+        let gap = (V::splat(*offset) - normal.dot(origin)).max(zero);
+        let distance = gap / cosine;
+        let point = direction.fma(distance, origin);
+        let mut inside = zero.lt(cosine);
+        for group in &self.sides[around.clone()] {
+            for side in group {
+                let [x, y, z] = side.normal;
+                let beyond = V::splat(z)
+                    .fma(point.z, V::splat(y).fma(point.y, V::splat(x).fma(point.x, V::splat(-side.offset))));
+                inside = inside & beyond.lt(zero);
+            }
+        }
+        (Exit { point, normal, cosine, distance }, inside.bits())
+    }
+
+    /// The facets whose planes two rays from inside (origin, direction) meet first. Each is a pure function of its
+    /// ray.
+    #[inline(always)]
+    fn search<V: Lanes>(&self, rays: [[[f32; 3]; 2]; 2]) -> [usize; 2] {
+        let [first, second] = rays;
+        let (mut first, mut second) = (Search::<V>::new(first), Search::<V>::new(second));
+        let mut number = 0.0;
+        for block in &self.blocks {
+            first.compare(block, number);
+            second.compare(block, number);
+            number += 1.0;
+        }
+        // Only a direction that is no number runs towards no plane.
+        let sound = |facet: usize| if facet < self.facets.len() { facet } else { 0 };
+        [sound(first.nearest()), sound(second.nearest())]
     }
 
     /// Where a camera ray from outside meets the stone, in double precision: it is done once a sample.
@@ -114,120 +216,54 @@ impl Planes {
     }
 }
 
-fn blocks<'a>(facets: impl ExactSizeIterator<Item = &'a FacetPlane>) -> Vec<Block> {
+/// The nearest plane to one ray, so far: in each lane one of those that it has been compared with.
+#[derive(Clone, Copy)]
+struct Search<V> {
+    origin: Triple<V>,
+    direction: Triple<V>,
+    /// The plane is gap/cosine away: compared without division, and at first infinitely far.
+    gap: V,
+    cosine: V,
+    block: V,
+}
+
+impl<V: Lanes> Search<V> {
+    #[inline(always)]
+    fn new([origin, direction]: [[f32; 3]; 2]) -> Self {
+        let (origin, direction) = (Triple::splat(origin), Triple::splat(direction));
+        Search { origin, direction, gap: V::splat(1.0), cosine: V::splat(0.0), block: V::splat(0.0) }
+    }
+
+    #[inline(always)]
+    fn compare(&mut self, block: &Block, number: f32) {
+        let normal = Triple::<V>::load(&block.normal);
+        let cosine = normal.dot(self.direction);
+        let gap = (V::load(&block.offset) - normal.dot(self.origin)).max(V::splat(0.0));
+        let nearer = (gap * self.cosine).lt(self.gap * cosine);
+        self.gap = V::select(nearer, gap, self.gap);
+        self.cosine = V::select(nearer, cosine, self.cosine);
+        self.block = V::select(nearer, V::splat(number), self.block);
+    }
+
+    #[inline(always)]
+    fn nearest(&self) -> usize {
+        let distance = self.gap / self.cosine;
+        let nearest = !V::splat(distance.least()).lt(distance);
+        let lane = nearest.bits().trailing_zeros() as usize % WIDTH;
+        self.block.lane(lane) as usize * WIDTH + lane
+    }
+}
+
+fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
     // A padding plane has no direction, so that no ray ever runs towards it.
-    let empty = Block { normal: [[0.0; BLOCK]; 3], offset: [1.0; BLOCK] };
-    let mut blocks = vec![empty; facets.len().div_ceil(BLOCK)];
-    for (i, facet) in facets.enumerate() {
-        let (block, lane) = (&mut blocks[i / BLOCK], i % BLOCK);
+    let empty = Block { normal: [Row::default(); 3], offset: Row([1.0; WIDTH]) };
+    let mut blocks = vec![empty; facets.len().div_ceil(WIDTH)];
+    for (i, facet) in facets.iter().enumerate() {
+        let (block, lane) = (&mut blocks[i / WIDTH], i % WIDTH);
         for (axis, coordinate) in facet.normal.to_array().into_iter().enumerate() {
-            block.normal[axis][lane] = coordinate as f32;
+            block.normal[axis].0[lane] = coordinate as f32;
         }
-        block.offset[lane] = facet.offset as f32;
+        block.offset.0[lane] = facet.offset as f32;
     }
     blocks
-}
-
-/// Whether a plane `gap` away that a ray runs towards with the cosine `towards` is met before all of `others`:
-/// gap/towards < gapⱼ/towardsⱼ, multiplied out.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn beats(others: &[Block], [gap, towards]: [f32; 2], o: [f32; 3], d: [f32; 3]) -> bool {
-    let mut beaten = 0;
-    for block in others {
-        let ([x, y, z], offset) = (&block.normal, &block.offset);
-        for lane in 0..BLOCK {
-            let other_towards = x[lane] * d[0] + y[lane] * d[1] + z[lane] * d[2];
-            let other_gap = offset[lane] - (x[lane] * o[0] + y[lane] * o[1] + z[lane] * o[2]);
-            beaten += u32::from(other_gap * towards <= gap * other_towards);
-        }
-    }
-    beaten == 0
-}
-
-/// [`Planes::exit`] in the widest registers that the machine has. No operation is fused or reordered, so the
-/// bits are the same in all of them.
-#[multiversion(targets(
-    "x86_64+avx512f+avx512vl+avx512bw+avx512dq+avx2+fma",
-    "x86_64+avx2+fma",
-    "aarch64+neon"
-))]
-fn nearest_plane(blocks: &[Block], o: [f32; 3], d: [f32; 3]) -> Exit {
-    let mut nearest = [f32::INFINITY; BLOCK];
-    let mut place = [0u32; BLOCK];
-    for (b, block) in blocks.iter().enumerate() {
-        let ([x, y, z], offset) = (&block.normal, &block.offset);
-        for lane in 0..BLOCK {
-            let towards = x[lane] * d[0] + y[lane] * d[1] + z[lane] * d[2];
-            let gap = offset[lane] - (x[lane] * o[0] + y[lane] * o[1] + z[lane] * o[2]);
-            let ahead = if gap > 0.0 { gap } else { 0.0 };
-            // Divided whether or not it counts: a select is cheaper than a branch in every lane.
-            let quotient = ahead / towards;
-            let distance = if towards > 0.0 { quotient } else { f32::INFINITY };
-            let closer = distance < nearest[lane];
-            nearest[lane] = if closer { distance } else { nearest[lane] };
-            place[lane] = if closer { b as u32 } else { place[lane] };
-        }
-    }
-    let mut best = Exit { distance: f32::INFINITY, facet: usize::MAX };
-    for lane in 0..BLOCK {
-        let facet = place[lane] as usize * BLOCK + lane;
-        if nearest[lane] < best.distance || (nearest[lane] == best.distance && facet < best.facet) {
-            best = Exit { distance: nearest[lane], facet };
-        }
-    }
-    best
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn cube() -> Planes {
-        let axes = [DVec3::X, DVec3::Y, DVec3::Z];
-        let facets: Vec<_> = axes
-            .into_iter()
-            .flat_map(|n| [n, -n])
-            .map(|normal| FacetPlane { normal, offset: 1.0, stone: 0 })
-            .collect();
-        let opposite = |i: usize| i ^ 1;
-        let adjacent: Vec<_> =
-            (0..6).map(|i| (0..6).filter(|&j| j != i && j != opposite(i)).collect()).collect();
-        Planes::new(&facets, &adjacent)
-    }
-
-    #[test]
-    fn rays_enter_and_leave_a_cube_where_they_should() {
-        let cube = cube();
-        let entry = cube.entry(DVec3::new(0.25, 0.0, 5.0), -DVec3::Z).unwrap();
-        assert_eq!((entry.point, entry.facet), (DVec3::new(0.25, 0.0, 1.0), 4));
-        assert!(cube.entry(DVec3::new(1.25, 0.0, 5.0), -DVec3::Z).is_none());
-        assert!(cube.entry(DVec3::new(0.0, 0.0, -5.0), -DVec3::Z).is_none());
-        let exit = cube.exit(Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.6, 0.0, 0.8));
-        assert_eq!(exit.facet, 0);
-        assert!((exit.distance - 0.5 / 0.6).abs() < 1e-6);
-    }
-
-    #[test]
-    fn a_start_beyond_a_plane_leaves_through_it_at_once() {
-        let exit = cube().exit(Vec3::new(1.000_001, 0.0, 0.0), Vec3::new(0.01, 1.0, 0.0).normalize());
-        assert_eq!((exit.facet, exit.distance), (0, 0.0));
-    }
-
-    #[test]
-    fn a_right_guess_is_kept_and_a_wrong_one_is_not_believed() {
-        let (cube, origin) = (cube(), Vec3::new(0.1, -0.2, 0.3));
-        for k in 0..1000 {
-            let angle = 0.1 * k as f32;
-            let direction = Vec3::new(angle.cos(), angle.sin(), 0.003 * k as f32 - 1.5).normalize();
-            let exit = cube.exit(origin, direction);
-            for guess in [0, 1, 2, 3, 4, 5, usize::MAX] {
-                let near = cube.exit_near(origin, direction, guess);
-                assert_eq!((near.facet, near.distance), (exit.facet, exit.distance));
-            }
-        }
-    }
 }

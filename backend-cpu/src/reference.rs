@@ -7,7 +7,7 @@ mod surface;
 
 use crate::{
     account::Account,
-    schedule::{self, PixelTracer, Work},
+    schedule::{self, PixelTracer, Pixelwise, Work},
     throughput::{Polarized, Throughput},
 };
 use glam::DVec3;
@@ -60,10 +60,12 @@ impl Tracer for Reference {
     ) -> Result<TraceReport, Error> {
         let options = &self.options;
         if self.scene.settings.polarized {
-            let typed = Typed::<Polarized<f64>>(self, PhantomData);
+            let kernel = Typed::<Polarized<f64>>(self, PhantomData);
+            let typed = Pixelwise { kernel, scene: &self.scene };
             schedule::trace(&typed, &self.scene, options, samples, film, progress)
         } else {
-            let typed = Typed::<Scalar<f64>>(self, PhantomData);
+            let kernel = Typed::<Scalar<f64>>(self, PhantomData);
+            let typed = Pixelwise { kernel, scene: &self.scene };
             schedule::trace(&typed, &self.scene, options, samples, film, progress)
         }
     }

@@ -9,12 +9,19 @@ use spectral_core::{
     Error,
     film::{Film, PixelSample, Tile, TileSums},
     prepare::{PreparedScene, SpectralTable},
+    settings::pixel_offset,
     tracer::{OpenOptions, Progress, TraceReport, check_call},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
+
+/// Computes tiles.
+pub(crate) trait TileTracer: Sync {
+    /// Some samples of every pixel of a tile; `None` if broken off because `stop` was set.
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished>;
+}
 
 /// Computes one pixel sample.
 pub(crate) trait PixelTracer: Sync {
@@ -49,13 +56,13 @@ const PASS: u32 = 16;
 const HEARTBEAT: Duration = Duration::from_millis(50);
 
 /// A finished tile on its way to the film.
-struct Finished {
-    sums: TileSums,
-    ledger: Ledger,
+pub(crate) struct Finished {
+    pub sums: TileSums,
+    pub ledger: Ledger,
 }
 
 /// Adds `samples` of every pixel to `film`.
-pub(crate) fn trace<K: PixelTracer>(
+pub(crate) fn trace<K: TileTracer>(
     kernel: &K,
     scene: &PreparedScene,
     options: &OpenOptions,
@@ -71,7 +78,7 @@ pub(crate) fn trace<K: PixelTracer>(
         .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))?;
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
-    let mut run = Run { scene, film, progress, ledger: Ledger::default(), done: 0, total: 0 };
+    let mut run = Run { film, progress, ledger: Ledger::default(), done: 0, total: 0 };
     run.total = u64::from(scene.width) * u64::from(scene.height) * samples.len() as u64;
     let pass = samples_a_pass(tile, film_wavelengths(scene));
     let mut finished = true;
@@ -114,7 +121,6 @@ fn device_error(message: String) -> Error {
 
 /// The caller's side of a trace.
 struct Run<'a> {
-    scene: &'a PreparedScene,
     film: &'a mut Film,
     progress: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     ledger: Ledger,
@@ -124,7 +130,7 @@ struct Run<'a> {
 
 impl Run<'_> {
     /// One pass over all tiles; false if the caller broke it off.
-    fn pass<K: PixelTracer>(
+    fn pass<K: TileTracer>(
         &mut self,
         kernel: &K,
         pool: &rayon::ThreadPool,
@@ -132,7 +138,6 @@ impl Run<'_> {
         samples: Range<u32>,
     ) -> Result<bool, Error> {
         let stop = AtomicBool::new(false);
-        let scene = self.scene;
         // Bounded, so that a slow reader holds the workers back rather than filling memory.
         let (sender, receiver) = mpsc::sync_channel::<Finished>(2 * pool.current_num_threads());
         std::thread::scope(|scope| {
@@ -141,7 +146,7 @@ impl Run<'_> {
             let workers = scope.spawn(move || {
                 pool.install(|| {
                     tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
-                        if let Some(finished) = work(kernel, scene, tile, samples.clone(), stop) {
+                        if let Some(finished) = kernel.tile(tile, samples.clone(), stop) {
                             // The receiver is gone only when the caller failed; nothing is left to tell.
                             let _ = sender.send(finished);
                         }
@@ -176,42 +181,46 @@ impl Run<'_> {
     }
 }
 
-/// Computes a tile; `None` if it was broken off.
-fn work<K: PixelTracer>(
-    kernel: &K,
-    scene: &PreparedScene,
-    tile: Tile,
-    samples: Range<u32>,
-    stop: &AtomicBool,
-) -> Option<Finished> {
-    let count = scene.wavelength_count();
-    let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
-    let (mut ledger, mut radiance, mut scratch) =
-        (Ledger::default(), vec![0.0; count], K::Scratch::default());
-    for y in tile.y..tile.y + tile.height {
-        for x in tile.x..tile.x + tile.width {
-            for sample in samples.clone() {
-                let offset = spectral_core::settings::pixel_offset(sample, scene.settings.samples);
-                let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
-                let mut work = Work { account: Account::default(), scratch: &mut scratch, stop };
-                let covered = kernel.sample(at, sample, &mut radiance, &mut work);
-                if stop.load(Ordering::Relaxed) {
-                    return None;
-                }
-                ledger.enter(count, &work.account);
-                sums.samples.push(seen(scene.table(sample), &radiance, covered));
-                if scene.settings.spectral {
-                    sums.radiance.extend(radiance.iter().map(|r| *r as f32));
+/// Tile by tile, sample after sample, for a [`PixelTracer`].
+pub(crate) struct Pixelwise<'a, K> {
+    pub kernel: K,
+    pub scene: &'a PreparedScene,
+}
+
+impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+        let Pixelwise { kernel, scene } = self;
+        let count = scene.wavelength_count();
+        let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
+        let (mut ledger, mut radiance, mut scratch) =
+            (Ledger::default(), vec![0.0; count], K::Scratch::default());
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                for sample in samples.clone() {
+                    let offset = pixel_offset(sample, scene.settings.samples);
+                    let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
+                    let mut work = Work { account: Account::default(), scratch: &mut scratch, stop };
+                    let covered = kernel.sample(at, sample, &mut radiance, &mut work);
+                    if stop.load(Ordering::Relaxed) {
+                        return None;
+                    }
+                    ledger.enter(count, &work.account);
+                    sums.samples.push(seen(scene.table(sample), &radiance, covered));
+                    if scene.settings.spectral {
+                        sums.radiance.extend(radiance.iter().map(|r| *r as f32));
+                    }
                 }
             }
         }
+        Some(Finished { sums, ledger })
     }
-    Some(Finished { sums, ledger })
 }
 
-fn seen(table: &SpectralTable, radiance: &[f64], covered: bool) -> PixelSample {
+/// A pixel sample from the radiances of its wavelengths.
+pub(crate) fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: bool) -> PixelSample {
     let mut xyz = [0.0; 3];
     for (weight, value) in table.response.iter().zip(radiance) {
+        let value: f64 = (*value).into();
         for c in 0..3 {
             xyz[c] += weight[c] * value;
         }

@@ -1,10 +1,11 @@
 //! The CPU backend: single precision, the SBVH for any scene and a shorter way for one convex stone.
 
 use crate::{
-    chain::{Chain, Trail},
+    chain::{Chain, ChainTracer},
+    instructions::Instructions,
     light::Light,
     line::Line,
-    schedule::{self, PixelTracer, Work},
+    schedule::{self, PixelTracer, Pixelwise, Work},
     surface::Surfaces,
     throughput::{Polarized, Throughput},
     tree::{Ray, Tree},
@@ -23,14 +24,40 @@ use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Opens the CPU for a scene.
+/// Opens the CPU for a scene, in the best instruction set that it has.
 pub(crate) fn open(
     device: &DeviceInfo,
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
+    open_in(Instructions::best(), device, scene, options)
+}
+
+/// An [`OpenDevice`](spectral_core::tracer::OpenDevice) for one instruction set.
+macro_rules! open_in {
+    ($name:ident, $instructions:ident) => {
+        pub(crate) fn $name(
+            device: &DeviceInfo,
+            scene: Arc<PreparedScene>,
+            options: &OpenOptions,
+        ) -> Result<Box<dyn Tracer>, Error> {
+            open_in(Instructions::$instructions, device, scene, options)
+        }
+    };
+}
+
+open_in!(open_avx512, Avx512);
+open_in!(open_avx2, Avx2);
+open_in!(open_portable, Portable);
+
+fn open_in(
+    instructions: Instructions,
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
     let start = Instant::now();
-    let path = match Chain::new(&scene) {
+    let path = match Chain::new(&scene, instructions) {
         Some(chain) => Path::Chain(chain),
         None if scene.geometry.stones.is_empty() => Path::Empty,
         None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?)),
@@ -66,11 +93,14 @@ impl Tracer for CpuTracer {
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Error> {
         let (kernel, scene) = (&self.kernel, &*self.kernel.scene);
-        let report = if scene.settings.polarized {
-            let kernel = Typed::<Polarized<f32>>(kernel, PhantomData);
+        let report = if let Path::Chain(chain) = &kernel.path {
+            let tracer = ChainTracer { chain, scene, light: &kernel.light, lines: &kernel.lines };
+            schedule::trace(&tracer, scene, &self.options, samples, film, progress)
+        } else if scene.settings.polarized {
+            let kernel = Pixelwise { kernel: Typed::<Polarized<f32>>(kernel, PhantomData), scene };
             schedule::trace(&kernel, scene, &self.options, samples, film, progress)
         } else {
-            let kernel = Typed::<Scalar<f32>>(kernel, PhantomData);
+            let kernel = Pixelwise { kernel: Typed::<Scalar<f32>>(kernel, PhantomData), scene };
             schedule::trace(&kernel, scene, &self.options, samples, film, progress)
         }?;
         Ok(TraceReport { build: self.build.take().unwrap_or_default(), ..report })
@@ -96,13 +126,11 @@ struct Kernel {
 pub(crate) struct Scratch<P> {
     /// Rays of a tree still to be followed.
     pub stack: Vec<Ray<P>>,
-    /// Where the last wavelength went.
-    pub trail: Trail,
 }
 
 impl<P> Default for Scratch<P> {
     fn default() -> Self {
-        Scratch { stack: Vec::new(), trail: Trail::default() }
+        Scratch { stack: Vec::new() }
     }
 }
 
@@ -123,8 +151,8 @@ impl<P: Throughput<f32>> PixelTracer for Typed<'_, P> {
         let lines = &kernel.lines[sample as usize % kernel.lines.len()];
         let ray = kernel.scene.view.ray(at[0], at[1]);
         let covered = match &kernel.path {
-            Path::Empty => false,
-            Path::Chain(chain) => kernel.chain::<P>(chain, &ray, lines, radiance, work),
+            // A chain is traced by the tile.
+            Path::Empty | Path::Chain(_) => false,
             Path::Tree(tree) => kernel.tree(tree, &ray, lines, radiance, work),
         };
         if !covered {
@@ -146,25 +174,6 @@ impl Kernel {
         for (value, line) in radiance.iter_mut().zip(lines) {
             *value = f64::from(line.expand(rgb));
         }
-    }
-
-    fn chain<P: Throughput<f32>>(
-        &self,
-        chain: &Chain,
-        ray: &CameraRay,
-        lines: &[Line],
-        radiance: &mut [f64],
-        work: &mut Work<'_, Scratch<P>>,
-    ) -> bool {
-        let Some(entry) = chain.planes.entry(ray.origin, ray.direction) else { return false };
-        let direction = ray.direction.as_vec3();
-        let (trail, account) = (&mut work.scratch.trail, &mut work.account);
-        trail.clear();
-        for (value, line) in radiance.iter_mut().zip(lines) {
-            let seen = chain.radiance::<P>(&entry, direction, line, &self.light, trail, account);
-            *value = f64::from(seen);
-        }
-        true
     }
 
     fn tree<P: Throughput<f32>>(

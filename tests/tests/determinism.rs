@@ -1,6 +1,6 @@
 //! The same bits, however the work is divided.
 
-use backend_cpu::{CPU, REFERENCE};
+use backend_cpu::{CPU, Instructions, REFERENCE};
 use gemtrace_tests::{
     render::{Picture, render_with},
     scene::{eye, gem, material, scene, settings, with_speck},
@@ -58,6 +58,26 @@ fn however_divided(backend: &Backend, scene: &Scene) {
 #[test]
 fn by_planes() {
     however_divided(&CPU, &ruby());
+}
+
+/// Sixteen wavelengths at a time in whatever registers: the packet is logical.
+#[test]
+fn in_any_instruction_set() {
+    for polarized in [false, true] {
+        for lines in [1, 8, 21] {
+            let grid = WavelengthGrid::midpoints([400.0, 700.0], lines).expect("a valid grid");
+            let settings = RenderSettings { polarized, wavelengths: grid, ..quick() };
+            let picture = |set: Instructions| {
+                let whole = std::slice::from_ref(&(0..8));
+                render_with(&set.backend(), &ruby(), &settings, &OpenOptions::default(), whole)
+            };
+            let portable = picture(Instructions::Portable);
+            for set in Instructions::ALL.into_iter().filter(|set| set.available()) {
+                let what = format!("{}, {lines} wavelengths, polarised: {polarized}", set.name());
+                assert_same(&portable, &picture(set), &what);
+            }
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,296 @@
+//! Packets of sixteen wavelengths on their way through one convex stone.
+//!
+//! What leaves a convex stone never comes back, so a path is a chain of internal reflections. A batch of packets
+//! makes each reflection together, phase by phase: exits, then Fresnel and the aim of what leaves, then its light;
+//! packets are independent, so the processor overlaps one's arithmetic with another's memory.
+
+use super::{
+    Chain,
+    block::Block,
+    incidence::{Flux, Incidence},
+    texel::Aim,
+};
+use crate::{
+    account::{Fate, Ledger},
+    lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2},
+    light::Light,
+};
+use spectral_core::settings::Leftover;
+
+/// Packets that go together.
+pub(super) const BATCH: usize = 32;
+
+/// A camera ray's arrival at the stone, or its passing by.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Arrival {
+    /// Whether it meets the stone; if not, only the colour counts.
+    pub covered: bool,
+    pub point: [f32; 3],
+    pub direction: [f32; 3],
+    /// Unit normal into the stone.
+    pub inward: [f32; 3],
+    /// e_s of the plane of incidence.
+    pub axis: [f32; 3],
+    /// Cosine of the angle of incidence.
+    pub cosine: f32,
+    /// The colour of the light that the first surface mirrors; of a ray that passes by, that behind the stone.
+    pub colour: [f32; 3],
+}
+
+/// Sixteen wavelengths.
+struct Packet<V, F> {
+    origin: Triple<V>,
+    direction: Triple<V>,
+    flux: F,
+    radiance: V,
+    alive: u16,
+    block: usize,
+    /// Where its radiances belong.
+    place: usize,
+}
+
+/// What a packet has just sent out of the stone.
+#[derive(Clone, Copy)]
+struct Outgoing<V> {
+    aim: Aim<V>,
+    intensity: V,
+    lanes: u16,
+}
+
+/// The packets under way and what they need.
+pub(crate) struct Batch<'a, V: Lanes, F> {
+    chain: &'a Chain,
+    light: &'a Light,
+    blocks: &'a [Block],
+    packets: Vec<Packet<V, F>>,
+    outgoing: Vec<Outgoing<V>>,
+    guess: usize,
+    /// One number a lane, of all pixels of the tile.
+    radiances: &'a mut [f32],
+    ledger: &'a mut Ledger,
+}
+
+impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
+    #[inline(always)]
+    pub fn new(
+        chain: &'a Chain,
+        light: &'a Light,
+        blocks: &'a [Block],
+        radiances: &'a mut [f32],
+        ledger: &'a mut Ledger,
+    ) -> Self {
+        let nothing = Outgoing { aim: Aim::nowhere(), intensity: V::splat(0.0), lanes: 0 };
+        let (packets, outgoing) = (Vec::with_capacity(BATCH), vec![nothing; BATCH]);
+        Batch { chain, light, blocks, packets, outgoing, guess: 0, radiances, ledger }
+    }
+
+    /// Whether the next packet must wait.
+    #[inline(always)]
+    pub fn is_full(&self) -> bool {
+        self.packets.len() >= BATCH
+    }
+
+    /// A packet of camera rays, `arrivals` being those of its pixel's samples; `behind`: whether the light
+    /// behind the stone is seen.
+    #[inline(always)]
+    pub fn enter(&mut self, block: usize, place: usize, arrivals: &[Arrival], behind: bool) {
+        let lines = &self.blocks[block];
+        let gathered = Gathered::new(lines, arrivals);
+        let colours = Triple::<V>::load(&gathered.colour);
+        let seen = lines.expand(colours);
+        let covered = V::Mask::from_bits(gathered.lanes);
+        let background = if behind { seen } else { V::splat(0.0) };
+        let [inverse, inverse2, one_less] = &lines.inverse;
+        let cosine = V::load(&gathered.cosine);
+        let at = Incidence::new(cosine, V::load(inverse), V::load(inverse2), V::load(one_less));
+        let [mirrored, mean, half] = at.shares();
+        let radiance = V::select(covered, seen * mirrored, background);
+        let missed = if behind { (lines.lanes & !gathered.lanes).count_ones() } else { 0 };
+        self.ledger.count(u64::from(missed + 2 * gathered.lanes.count_ones()));
+        let flux = F::entering(mean, half, &gathered.axis);
+        let direction = Triple::load(&gathered.direction);
+        let direction = at.refracted(direction, Triple::load(&gathered.inward));
+        let origin = Triple::load(&gathered.point);
+        let alive = self.surviving(gathered.lanes, flux.intensity());
+        let packet = Packet { origin, direction, flux, radiance, alive, block, place };
+        if alive == 0 {
+            self.deliver(&packet);
+        } else {
+            self.packets.push(packet);
+        }
+    }
+
+    /// Follows all packets to their ends.
+    #[inline(always)]
+    pub fn run(&mut self) {
+        for _ in 1..self.chain.max_depth {
+            if self.packets.is_empty() {
+                return;
+            }
+            self.reflect();
+            self.gather();
+            self.retire();
+        }
+        self.at_limit();
+    }
+
+    /// One internal reflection of every packet.
+    #[inline(always)]
+    fn reflect(&mut self) {
+        for k in 0..self.packets.len() {
+            let (normal, at) = self.advance(k);
+            let packet = &mut self.packets[k];
+            let (flux, leaving) = packet.flux.split(packet.direction, normal, &at);
+            let alive = packet.alive;
+            let out = alive & !at.total.bits();
+            let outgoing = &mut self.outgoing[k];
+            outgoing.lanes = out;
+            if out != 0 {
+                outgoing.intensity = leaving;
+                outgoing.aim = Aim::new(self.light, at.refracted(packet.direction, normal));
+            }
+            packet.direction = at.reflected(packet.direction, normal);
+            packet.flux = flux;
+            self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
+            self.packets[k].alive = self.surviving(alive, flux.intensity());
+        }
+    }
+
+    /// Moves a packet to the surface, fading on the way.
+    #[inline(always)]
+    fn advance(&mut self, k: usize) -> (Triple<V>, Incidence<V>) {
+        let packet = &mut self.packets[k];
+        let block = &self.blocks[packet.block];
+        let planes = &self.chain.planes;
+        let exit = planes.exits(packet.origin, packet.direction, packet.alive, &mut self.guess);
+        packet.origin = exit.point;
+        if block.absorbs {
+            packet.flux = packet.flux.scaled(exp2(-(V::load(&block.fade) * exit.distance)));
+        }
+        let [n, n2, one_less_n2] = &block.index;
+        let at = Incidence::new(exit.cosine, V::load(n), V::load(n2), V::load(one_less_n2));
+        (exit.normal, at)
+    }
+
+    /// Adds the light of what has just left the stone.
+    #[inline(always)]
+    fn gather(&mut self) {
+        for (packet, out) in self.packets.iter_mut().zip(&self.outgoing) {
+            if out.lanes != 0 {
+                let colours = out.aim.colours(self.light, out.lanes);
+                let light = self.blocks[packet.block].expand(colours);
+                let lanes = V::Mask::from_bits(out.lanes);
+                packet.radiance =
+                    V::select(lanes, light.fma(out.intensity, packet.radiance), packet.radiance);
+            }
+        }
+    }
+
+    /// Hands over the packets of which nothing is left.
+    #[inline(always)]
+    fn retire(&mut self) {
+        let mut k = 0;
+        while k < self.packets.len() {
+            if self.packets[k].alive == 0 {
+                let packet = self.packets.swap_remove(k);
+                self.deliver(&packet);
+            } else {
+                k += 1;
+            }
+        }
+    }
+
+    /// Those of the lanes whose intensity is worth following; what the others carry is dropped.
+    #[inline(always)]
+    fn surviving(&mut self, lanes: u16, intensity: V) -> u16 {
+        let faint = intensity.lt(V::splat(self.chain.threshold)).bits() & lanes;
+        if faint != 0 {
+            self.ledger.add(Fate::DroppedThreshold, &each(intensity, faint));
+        }
+        lanes & !faint
+    }
+
+    /// What becomes of rays that would make one event too many.
+    #[inline(always)]
+    fn at_limit(&mut self) {
+        for k in 0..self.packets.len() {
+            let (normal, at) = self.advance(k);
+            let packet = &self.packets[k];
+            let lanes = packet.alive;
+            let left = packet.flux.intensity();
+            self.ledger.count(u64::from(lanes.count_ones()));
+            if self.chain.leftover == Leftover::Drop {
+                self.ledger.add(Fate::DroppedDepth, &each(left, lanes));
+                self.outgoing[k].lanes = 0;
+                continue;
+            }
+            self.ledger.add(Fate::LeftAtLimit, &each(left, lanes));
+            let out = at.refracted(packet.direction, normal);
+            let out = Triple::select(at.total, packet.direction, out);
+            self.outgoing[k] = Outgoing { aim: Aim::new(self.light, out), intensity: left, lanes };
+        }
+        self.gather();
+        while let Some(packet) = self.packets.pop() {
+            self.deliver(&packet);
+        }
+    }
+
+    #[inline(always)]
+    fn deliver(&mut self, packet: &Packet<V, F>) {
+        let mut row = Row::default();
+        packet.radiance.store(&mut row);
+        let lanes = self.blocks[packet.block].lanes.count_ones() as usize;
+        self.radiances[packet.place..packet.place + lanes].copy_from_slice(&row.0[..lanes]);
+    }
+}
+
+/// The numbers of some lanes; 0 in the others.
+#[inline(always)]
+fn each<V: Lanes>(values: V, lanes: u16) -> [f32; WIDTH] {
+    let mut row = Row::default();
+    V::select(V::Mask::from_bits(lanes), values, V::splat(0.0)).store(&mut row);
+    row.0
+}
+
+/// Arrivals, a lane each.
+struct Gathered {
+    /// The lanes that meet the stone.
+    lanes: u16,
+    point: [Row; 3],
+    direction: [Row; 3],
+    /// Unit normal into the stone.
+    inward: [Row; 3],
+    axis: [Row; 3],
+    colour: [Row; 3],
+    cosine: Row,
+}
+
+impl Gathered {
+    #[inline(always)]
+    fn new(block: &Block, arrivals: &[Arrival]) -> Self {
+        let none = [Row::default(); 3];
+        let (point, direction, inward, axis, colour) = (none, none, none, none, none);
+        let mut all =
+            Gathered { lanes: 0, point, direction, inward, axis, colour, cosine: Row([1.0; WIDTH]) };
+        for lane in 0..WIDTH {
+            let arrival = &arrivals[block.sample[lane] as usize];
+            put(&mut all.point, lane, arrival.point);
+            put(&mut all.direction, lane, arrival.direction);
+            put(&mut all.inward, lane, arrival.inward);
+            put(&mut all.axis, lane, arrival.axis);
+            put(&mut all.colour, lane, arrival.colour);
+            all.cosine.0[lane] = arrival.cosine;
+            all.lanes |= u16::from(arrival.covered) << lane;
+        }
+        all.lanes &= block.lanes;
+        all
+    }
+}
+
+/// Puts a vector into a lane.
+#[inline(always)]
+pub(super) fn put(rows: &mut [Row; 3], lane: usize, vector: [f32; 3]) {
+    for (row, coordinate) in rows.iter_mut().zip(vector) {
+        row.0[lane] = coordinate;
+    }
+}

@@ -1,0 +1,191 @@
+use super::{incidence::Incidence, *};
+use glam::DVec3;
+use spectral_core::{
+    camera::{Camera, Projection},
+    environment::Environment,
+    material::Catalogue,
+    mesh::Mesh,
+    scene::{Scene, Stone},
+    shape::ShapeSpec,
+};
+use std::sync::Arc;
+
+fn chain(shape: &str) -> (Chain, PreparedScene) {
+    let (mesh, _): (Mesh, _) = ShapeSpec::by_name(shape).unwrap().cut().unwrap().solid().unwrap();
+    let diamond = Catalogue::builtin().get("diamond").unwrap().clone();
+    let projection = Projection::Orthographic { height: 10.0 };
+    let camera = Camera { position: DVec3::Z * 20.0, look_at: DVec3::ZERO, up: DVec3::Y, projection };
+    let scene = Scene {
+        camera,
+        width: 8,
+        height: 8,
+        background: Background::Transparent,
+        environment: Environment::uniform([1.0; 3]),
+        stones: vec![Stone { width: Some(6.5), ..Stone::new("stone", Arc::new(mesh), Arc::new(diamond)) }],
+    };
+    let scene = PreparedScene::new(&scene, &RenderSettings::default()).unwrap();
+    (Chain::new(&scene, Instructions::best()).expect("a convex stone"), scene)
+}
+
+/// Numbers from -1 to 1.
+fn noise(seed: u32) -> impl FnMut() -> f32 {
+    let mut state = seed;
+    move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+    }
+}
+
+/// Sixteen rays, each traced with many guesses; every fourth one aims at a corner of the stone.
+struct Guesses<'a>(&'a Chain, [[Row; 3]; 2], usize);
+
+impl Task for Guesses<'_> {
+    type Output = Vec<[Row; 4]>;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> Self::Output {
+        let Guesses(chain, [origin, direction], count) = self;
+        let (origin, direction) = (Triple::<V>::load(&origin), Triple::<V>::load(&direction));
+        let mut results = Vec::new();
+        for guess in 0..count {
+            // The whole packet, and each half by itself.
+            for lanes in [0xffff, 0x00ff, 0xff00] {
+                let mut guess = guess;
+                let exit = chain.planes.exits(origin, direction, lanes, &mut guess);
+                let [x, y, z] = exit.point.stored();
+                results.push([x, y, z, exit.distance.stored()]);
+            }
+        }
+        results
+    }
+}
+
+#[test]
+fn what_a_ray_meets_depends_neither_on_the_guess_nor_on_its_neighbours() {
+    for shape in ShapeSpec::NAMES {
+        let (chain, scene) = chain(shape);
+        let (geometry, mut noise) = (&scene.geometry, noise(9));
+        for round in 0..60 {
+            let mut rows = [[Row::default(); 3]; 2];
+            for lane in 0..WIDTH {
+                let origin = DVec3::from([noise(), noise(), noise()].map(f64::from)) * 0.4;
+                let corner = geometry.positions[(round * WIDTH + lane) % geometry.positions.len()];
+                let aim = DVec3::from([noise(), noise(), noise()].map(f64::from));
+                let direction = if lane % 4 == 0 { corner - origin + aim * 1e-6 } else { aim };
+                packet::put(&mut rows[0], lane, origin.as_vec3().to_array());
+                packet::put(&mut rows[1], lane, direction.normalize().as_vec3().to_array());
+            }
+            let count = geometry.facets.len();
+            let results = chain.instructions.run(Guesses(&chain, rows, count));
+            for (k, result) in results.iter().enumerate() {
+                for lane in (0..WIDTH).filter(|lane| [0xffff, 0x00ff, 0xff00][k % 3] >> lane & 1 == 1) {
+                    for (found, expected) in result.iter().zip(&results[0]) {
+                        assert_eq!(found.0[lane].to_bits(), expected.0[lane].to_bits(), "{shape}, guess {k}");
+                    }
+                }
+            }
+            for lane in 0..WIDTH {
+                let [origin, along] =
+                    rows.map(|row| DVec3::from(row.map(|coordinate| f64::from(coordinate.0[lane]))));
+                let exact = geometry.facets.iter().map(|f| {
+                    let towards = f.normal.dot(along);
+                    if towards > 0.0 { (f.offset - f.normal.dot(origin)) / towards } else { f64::INFINITY }
+                });
+                let exact = exact.fold(f64::INFINITY, f64::min);
+                let found = f64::from(results[0][3].0[lane]);
+                assert!((found - exact).abs() < 1e-5 * geometry.radius, "{shape}: {found} for {exact}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_start_beyond_a_plane_leaves_through_it_at_once() {
+    struct Corner<'a>(&'a Chain, [f32; 3], [f32; 3]);
+    impl Task for Corner<'_> {
+        type Output = (f32, [f32; 3]);
+        #[inline(always)]
+        fn run<V: Lanes>(self) -> Self::Output {
+            let (origin, direction) = (Triple::<V>::splat(self.1), Triple::splat(self.2));
+            let exit = self.0.planes.exits(origin, direction, 1, &mut 0);
+            let normal = exit.normal.stored();
+            (exit.distance.lane(0), normal.map(|row| row.0[0]))
+        }
+    }
+    let (chain, scene) = chain("step");
+    let facet = &scene.geometry.facets[3];
+    let on = scene.geometry.positions.iter().copied();
+    let polygon: Vec<DVec3> = on.filter(|p| (facet.normal.dot(*p) - facet.offset).abs() < 1e-9).collect();
+    let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
+    assert!(polygon.len() >= 3, "a facet has corners");
+    let start = (middle + facet.normal * 1e-7).as_vec3().to_array();
+    let slanted = (facet.normal + 0.3 * facet.normal.any_orthonormal_vector()).normalize();
+    let (distance, normal) = chain.instructions.run(Corner(&chain, start, slanted.as_vec3().to_array()));
+    assert!((0.0..1e-6).contains(&distance), "{distance}");
+    assert_eq!(normal, facet.normal.as_vec3().to_array());
+}
+
+/// The vector forms of Fresnel's equations and of Stokes rows against those of the core.
+#[test]
+fn events_are_those_of_the_core() {
+    use spectral_core::{
+        fresnel::dielectric,
+        stokes::{StokesRow, align},
+    };
+    struct Event([f32; 3], [f32; 3], [f32; 3], f64);
+    impl Task for Event {
+        type Output = ([f32; 2], [f32; 2]);
+        #[inline(always)]
+        fn run<V: Lanes>(self) -> Self::Output {
+            let Event(direction, normal, axis, n) = self;
+            let (direction, normal) = (Triple::<V>::splat(direction), Triple::splat(normal));
+            let [n1, n2, less] = [n, n * n, 1.0 - n * n].map(|v| V::splat(v as f32));
+            let at = Incidence::new(normal.dot(direction), n1, n2, less);
+            let axis = axis.map(|a| Row([a; WIDTH]));
+            let start = Polarized::entering(V::splat(0.8), V::splat(0.3), &axis);
+            let (inside, out) = start.split(direction, normal, &at);
+            // A second event mixes all four components into the first.
+            let (again, _) = inside.split(direction, normal, &at);
+            let (mean, mean_out) =
+                Mean::entering(V::splat(0.8), V::splat(0.0), &axis).split(direction, normal, &at);
+            let lane = |v: V| v.lane(0);
+            ([lane(again.intensity()), lane(out)], [lane(mean.intensity()), lane(mean_out)])
+        }
+    }
+    let mut noise = noise(4);
+    let mut vector = || DVec3::from([noise(), noise(), noise()].map(f64::from)).normalize();
+    for _ in 0..20_000 {
+        let (direction, mut normal, any) = (vector(), vector(), vector());
+        if normal.dot(direction) < 0.0 {
+            normal = -normal;
+        }
+        let axis = direction.cross(any).normalize();
+        let n = f64::from((1.2 + any.x.abs() * 1.6) as f32);
+        let cos = normal.dot(direction);
+        let root = (1.0 - n * n * (1.0 - cos * cos)).abs().sqrt();
+        if root < 1e-2 || cos < 1e-2 {
+            continue; // there the rounding of the cosine itself decides
+        }
+        let event = dielectric(cos, n);
+        let row = |row: StokesRow<f64>, axis: [f64; 3]| {
+            let frame = align(direction.to_array(), axis, normal.to_array());
+            (row.rotated(frame.cos2, frame.sin2), frame.axis)
+        };
+        let (first, e_s) = row(StokesRow([0.8, 0.3, 0.0, 0.0]), axis.to_array());
+        let (second, _) = row(first.reflected(&event), e_s);
+        let polarized = [second.reflected(&event).intensity(), first.refracted(&event).intensity()];
+        let mean = [0.8 * event.reflectance(), 0.8 * event.transmittance()];
+        let [d, m, a] = [direction, normal, axis].map(|v| v.as_vec3().to_array());
+        let found = Instructions::best().run(Event(d, m, a, n));
+        for (found, expected) in [(found.0, polarized), (found.1, mean)] {
+            for k in 0..2 {
+                let error = (f64::from(found[k]) - expected[k]).abs();
+                // cos²θ₂ is off by ε n², its root by 1/(2 cos θ₂) of that, R by 4n as much.
+                assert!(
+                    error < 5.0 * f64::from(f32::EPSILON) * n.powi(3) / root.min(cos),
+                    "cos {cos}, n {n}: {found:?} for {expected:?}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The environment for sixteen directions at a time: the twin of `spectral_core::environment`.
+
+use crate::{
+    lanes::{Lanes, Mask, Row, Triple, WIDTH, turns},
+    light::Light,
+};
+use spectral_core::environment::LatLong;
+
+/// Where directions fall on the image.
+#[derive(Clone, Copy)]
+pub(crate) struct Aim<V> {
+    column: V,
+    row: V,
+    /// Shares of the next column and of the next row.
+    across: V,
+    down: V,
+    /// Lanes whose four texels lie one after the other, two and two.
+    inner: u16,
+}
+
+impl<V: Lanes> Aim<V> {
+    /// Nowhere in particular.
+    #[inline(always)]
+    pub fn nowhere() -> Self {
+        let zero = V::splat(0.0);
+        Aim { column: zero, row: zero, across: zero, down: zero, inner: 0 }
+    }
+
+    /// For unit directions.
+    #[inline(always)]
+    pub fn new(light: &Light, direction: Triple<V>) -> Self {
+        let Light::Image { image, turn } = light else { return Self::nowhere() };
+        let (zero, half) = (V::splat(0.0), V::splat(0.5));
+        let (width, height) = (image.width() as f32, image.height() as f32);
+        let u = turns(direction.x, direction.y) + V::splat(*turn);
+        let flat = direction.x.fma(direction.x, direction.y * direction.y).sqrt();
+        let v = turns(flat, direction.z) * V::splat(2.0);
+        let x = (u - u.floor()).fma(V::splat(width), -half);
+        let y = v.fma(V::splat(height), -half).max(zero).min(V::splat(height - 1.0));
+        let (column, row) = (x.floor(), y.floor());
+        let (across, down) = (x - column, y - row);
+        // Eight numbers are read from the first texel on, of which six are wanted.
+        let inner = !column.lt(zero) & column.lt(V::splat(width - 2.5)) & row.lt(V::splat(height - 1.5));
+        let column = V::select(column.lt(zero), V::splat(width - 1.0), column).min(V::splat(width - 1.0));
+        Aim { column, row, across, down, inner: inner.bits() }
+    }
+
+    /// Colours of the lanes whose bit is set; what the others hold is finite.
+    #[inline(always)]
+    pub fn colours(&self, light: &Light, lanes: u16) -> Triple<V> {
+        let image = match light {
+            Light::Uniform(rgb) => return Triple::splat(*rgb),
+            Light::Image { image, .. } => image,
+        };
+        let inner = self.inner & lanes;
+        let mut colours = Triple::splat([0.0; 3]);
+        let (across, down) = (self.across.stored(), self.down.stored());
+        if inner != 0 {
+            let pitch = 3 * image.width();
+            // The others read the image's first texels, which are there: some lane's are further on.
+            let offsets = V::offsets(V::Mask::from_bits(inner), self.row, self.column, pitch);
+            let texels = image.texels().as_flattened();
+            let [x, y, z] = V::bilinear(texels, &offsets, pitch, &across, &down);
+            colours = Triple { x, y, z };
+        }
+        let outer = lanes & !inner;
+        if outer != 0 {
+            let [columns, rows] = [self.column.stored(), self.row.stored()];
+            let rest = at_the_edge(image, outer, [&columns, &rows], [&across, &down]);
+            colours = Triple::select(V::Mask::from_bits(outer), Triple::load(&rest), colours);
+        }
+        colours
+    }
+}
+
+/// Lanes whose next texel is the row's first, or which are near the image's end: at most a few in a thousand.
+#[cold]
+#[inline(never)]
+fn at_the_edge(
+    image: &LatLong,
+    lanes: u16,
+    [columns, rows]: [&Row; 2],
+    [across, down]: [&Row; 2],
+) -> [Row; 3] {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let mut colours = [Row::default(); 3];
+    for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 == 1) {
+        let (column, row) = (columns.0[lane] as usize, rows.0[lane] as usize);
+        let texel = |i: usize, j: usize| image.texels()[j * width + i];
+        let (next, below) = ((column + 1) % width, (row + 1).min(height - 1));
+        let [a, b] = [texel(column, row), texel(next, row)];
+        let [c, d] = [texel(column, below), texel(next, below)];
+        for k in 0..3 {
+            let left = (c[k] - a[k]).mul_add(down.0[lane], a[k]);
+            let right = (d[k] - b[k]).mul_add(down.0[lane], b[k]);
+            colours[k].0[lane] = (right - left).mul_add(across.0[lane], left);
+        }
+    }
+    colours
+}

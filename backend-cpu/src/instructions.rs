@@ -1,0 +1,97 @@
+//! Which instruction set the packets run in: one source, chosen when a scene is opened.
+
+use crate::lanes::{self, Lanes};
+use spectral_core::tracer::Backend;
+
+/// An instruction set that packets can be traced with. The picture is the same, bit for bit, in all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Instructions {
+    /// AVX-512 (F, VL, DQ, BW): sixteen lanes a register.
+    Avx512,
+    /// AVX2 and FMA: eight lanes a register.
+    Avx2,
+    /// Whatever the program was compiled for: NEON on 64-bit Arm, SSE2 on x86-64.
+    Portable,
+}
+
+/// Work that is the same in every instruction set.
+pub(crate) trait Task {
+    type Output;
+
+    /// To be marked `#[inline(always)]`, as must be all that handles lanes within.
+    fn run<V: Lanes>(self) -> Self::Output;
+}
+
+impl Instructions {
+    /// All of them, the best first.
+    pub const ALL: [Self; 3] = [Self::Avx512, Self::Avx2, Self::Portable];
+
+    /// The best that this machine has.
+    pub fn best() -> Self {
+        Self::ALL.into_iter().find(|set| set.available()).unwrap_or(Self::Portable)
+    }
+
+    /// Whether this machine has it.
+    pub fn available(self) -> bool {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f")
+                    && is_x86_feature_detected!("avx512vl")
+                    && is_x86_feature_detected!("avx512dq")
+                    && is_x86_feature_detected!("avx512bw")
+                    && Self::Avx2.available()
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            #[cfg(not(target_arch = "x86_64"))]
+            Self::Avx512 | Self::Avx2 => false,
+            Self::Portable => true,
+        }
+    }
+
+    /// Its name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Avx512 => "AVX-512",
+            Self::Avx2 => "AVX2",
+            Self::Portable => "portable",
+        }
+    }
+
+    /// [`CPU`](crate::CPU) confined to this instruction set; on a machine without it, the portable one. For
+    /// tests and benchmarks: `CPU` itself takes [`Instructions::best`].
+    pub fn backend(self) -> Backend {
+        let open = match self {
+            Self::Avx512 => crate::tracer::open_avx512,
+            Self::Avx2 => crate::tracer::open_avx2,
+            Self::Portable => crate::tracer::open_portable,
+        };
+        Backend { open, ..crate::CPU }
+    }
+
+    /// Runs a task in this instruction set, or the portable one where the machine lacks it.
+    pub(crate) fn run<T: Task>(self, task: T) -> T::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: the features that the function enables are those that `available` has just found.
+            Self::Avx512 if self.available() => unsafe { avx512(task) },
+            #[cfg(target_arch = "x86_64")]
+            // SAFETY: as above.
+            Self::Avx2 if self.available() => unsafe { avx2(task) },
+            _ => task.run::<lanes::Portable>(),
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+fn avx512<T: Task>(task: T) -> T::Output {
+    task.run::<lanes::Avx512>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma")]
+fn avx2<T: Task>(task: T) -> T::Output {
+    task.run::<lanes::Avx2>()
+}

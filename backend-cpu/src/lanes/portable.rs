@@ -1,0 +1,236 @@
+//! Sixteen lanes as an array: for NEON, whose registers the compiler fills by itself, and for machines without
+//! fused multiply-add, which is then rounded by way of double precision.
+
+// Every loop runs over the lanes of several arrays.
+#![allow(clippy::needless_range_loop)]
+
+use super::{Lanes, Mask, Row, WIDTH};
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+/// An array.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Portable([f32; WIDTH]);
+
+/// All ones or all zeros, lane by lane.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(crate) struct Flags([u32; WIDTH]);
+
+/// A lane-by-lane result.
+macro_rules! each {
+    ($type:ident, $lane:ident => $value:expr) => {{
+        let mut result = [Default::default(); WIDTH];
+        for $lane in 0..WIDTH {
+            result[$lane] = $value;
+        }
+        $type(result)
+    }};
+}
+
+macro_rules! operator {
+    ($trait:ident, $method:ident, $operator:tt, $type:ident) => {
+        impl $trait for $type {
+            type Output = Self;
+            #[inline(always)]
+            fn $method(self, other: Self) -> Self {
+                each!($type, i => self.0[i] $operator other.0[i])
+            }
+        }
+    };
+}
+
+operator!(Add, add, +, Portable);
+operator!(Sub, sub, -, Portable);
+operator!(Mul, mul, *, Portable);
+operator!(Div, div, /, Portable);
+operator!(BitAnd, bitand, &, Flags);
+operator!(BitOr, bitor, |, Flags);
+
+impl Neg for Portable {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        each!(Portable, i => -self.0[i])
+    }
+}
+
+impl Not for Flags {
+    type Output = Self;
+    #[inline(always)]
+    fn not(self) -> Self {
+        each!(Flags, i => !self.0[i])
+    }
+}
+
+impl Mask for Flags {
+    #[inline(always)]
+    fn from_bits(bits: u16) -> Self {
+        each!(Flags, i => u32::from(bits >> i & 1).wrapping_neg())
+    }
+
+    #[inline(always)]
+    fn bits(self) -> u16 {
+        let mut bits = 0;
+        for i in 0..WIDTH {
+            bits |= ((self.0[i] & 1) as u16) << i;
+        }
+        bits
+    }
+}
+
+impl Lanes for Portable {
+    type Mask = Flags;
+
+    #[inline(always)]
+    fn splat(value: f32) -> Self {
+        Portable([value; WIDTH])
+    }
+
+    #[inline(always)]
+    fn load(row: &Row) -> Self {
+        Portable(row.0)
+    }
+
+    #[inline(always)]
+    fn store(self, row: &mut Row) {
+        row.0 = self.0;
+    }
+
+    #[inline(always)]
+    fn fma(self, a: Self, b: Self) -> Self {
+        Portable(fused(&self.0, &a.0, &b.0))
+    }
+
+    #[inline(always)]
+    fn fnma(self, a: Self, b: Self) -> Self {
+        Portable(fused(&(-self).0, &a.0, &b.0))
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        each!(Portable, i => self.0[i].sqrt())
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        each!(Portable, i => if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] })
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        each!(Portable, i => if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        each!(Portable, i => self.0[i].abs())
+    }
+
+    #[inline(always)]
+    fn floor(self) -> Self {
+        // Not f32::floor, which is a call where SSE4.1 is not to be had. Values beyond the integers, which are
+        // whole, are none of the callers'.
+        each!(Portable, i => {
+            let whole = self.0[i] as i32 as f32;
+            if whole > self.0[i] { whole - 1.0 } else { whole }
+        })
+    }
+
+    #[inline(always)]
+    fn lt(self, other: Self) -> Flags {
+        each!(Flags, i => u32::from(self.0[i] < other.0[i]).wrapping_neg())
+    }
+
+    #[inline(always)]
+    fn select(mask: Flags, yes: Self, no: Self) -> Self {
+        each!(Portable, i => f32::from_bits(
+            yes.0[i].to_bits() & mask.0[i] | no.0[i].to_bits() & !mask.0[i]
+        ))
+    }
+
+    #[inline(always)]
+    fn power_of_two(self) -> Self {
+        each!(Portable, i => f32::from_bits(((self.0[i] as i32 + 127) as u32) << 23))
+    }
+
+    #[inline(always)]
+    fn least(self) -> f32 {
+        let mut least = self.0[0];
+        for i in 1..WIDTH {
+            least = if self.0[i] < least { self.0[i] } else { least };
+        }
+        least
+    }
+
+    #[inline(always)]
+    fn offsets(mask: Flags, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
+        let mut offsets = [0; WIDTH];
+        for i in 0..WIDTH {
+            let offset = (row.0[i] as i32 as u32).wrapping_mul(pitch);
+            offsets[i] = offset.wrapping_add(3 * (column.0[i] as i32 as u32)) & mask.0[i];
+        }
+        offsets
+    }
+
+    #[inline(always)]
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
+        let mut colours = [[0.0; WIDTH]; 3];
+        for i in 0..WIDTH {
+            let top = &texels[offsets[i] as usize..][..8];
+            let bottom = &texels[offsets[i] as usize + pitch as usize..][..8];
+            for k in 0..3 {
+                let left = scalar_fused(bottom[k] - top[k], down.0[i], top[k]);
+                let right = scalar_fused(bottom[k + 3] - top[k + 3], down.0[i], top[k + 3]);
+                colours[k][i] = scalar_fused(right - left, across.0[i], left);
+            }
+        }
+        colours.map(Portable)
+    }
+}
+
+/// Where the compiler has an instruction for it.
+const FUSED: bool = cfg!(any(target_arch = "aarch64", target_feature = "fma"));
+/// The bits of an f64 that an f32 has no room for, and the pattern that is exactly half way.
+const BEYOND: u64 = (1 << 29) - 1;
+const HALF_WAY: u64 = 1 << 28;
+
+/// a · b + c, rounded once.
+///
+/// In double precision the product is exact and the sum is rounded to 53 bits; rounding that to 24 is a second
+/// rounding, which matters only where the first ends exactly half way between two f32, or in the range of
+/// subnormal f32. Those lanes are done by the (slow) library function.
+#[inline(always)]
+fn fused(a: &[f32; WIDTH], b: &[f32; WIDTH], c: &[f32; WIDTH]) -> [f32; WIDTH] {
+    let mut result = [0.0; WIDTH];
+    if FUSED {
+        for i in 0..WIDTH {
+            result[i] = a[i].mul_add(b[i], c[i]);
+        }
+        return result;
+    }
+    let mut doubtful = 0u64;
+    for i in 0..WIDTH {
+        let sum = f64::from(a[i]) * f64::from(b[i]) + f64::from(c[i]);
+        result[i] = sum as f32;
+        doubtful |= u64::from(is_doubtful(sum));
+    }
+    if doubtful != 0 {
+        for i in 0..WIDTH {
+            result[i] = a[i].mul_add(b[i], c[i]);
+        }
+    }
+    result
+}
+
+#[inline(always)]
+fn scalar_fused(a: f32, b: f32, c: f32) -> f32 {
+    let sum = f64::from(a) * f64::from(b) + f64::from(c);
+    if FUSED || is_doubtful(sum) { a.mul_add(b, c) } else { sum as f32 }
+}
+
+#[inline(always)]
+fn is_doubtful(sum: f64) -> bool {
+    let small = sum.abs() < f64::from(f32::MIN_POSITIVE) && sum != 0.0;
+    (sum.to_bits() & BEYOND == HALF_WAY) | small
+}
