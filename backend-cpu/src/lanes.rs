@@ -93,6 +93,12 @@ pub(crate) trait Lanes:
         self.stored().0[lane % WIDTH]
     }
 
+    /// The numbers of the lanes whose bit is set, 0 in the others.
+    #[inline(always)]
+    fn only(self, lanes: u16) -> [f32; WIDTH] {
+        Self::select(Self::Mask::from_bits(lanes), self, Self::splat(0.0)).stored().0
+    }
+
     /// In memory.
     #[inline(always)]
     fn stored(self) -> Row {
@@ -197,6 +203,14 @@ fn furthest(offsets: &[u32; WIDTH]) -> usize {
         furthest = furthest.max(*offset);
     }
     furthest as usize
+}
+
+/// Puts a vector into a lane.
+#[inline(always)]
+pub(crate) fn put(rows: &mut [Row; 3], lane: usize, vector: [f32; 3]) {
+    for (row, coordinate) in rows.iter_mut().zip(vector) {
+        row.0[lane] = coordinate;
+    }
 }
 
 /// 2ˣ to 2 · 10⁻⁹ of its value before rounding; x ≤ 127, and what is below −126 counts as −126.

@@ -9,16 +9,17 @@
 //! Both give the same bits for any number of threads and any tile size.
 
 mod account;
+mod block;
 mod chain;
-mod direction;
+mod incidence;
 mod instructions;
 mod lanes;
 mod light;
-mod line;
 mod planes;
 mod reference;
 mod schedule;
 mod surface;
+mod texel;
 mod throughput;
 mod tracer;
 mod tree;

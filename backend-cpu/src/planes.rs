@@ -12,7 +12,8 @@
 
 use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH};
 use glam::DVec3;
-use spectral_core::prepare::FacetPlane;
+use spectral_core::prepare::{FacetPlane, Geometry};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The sides of a facet are tested so many at a time: few facets have as many as two groups, so the processor
@@ -266,4 +267,37 @@ fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
         block.offset.0[lane] = facet.offset as f32;
     }
     blocks
+}
+
+/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
+/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
+/// nearly parallel to it.
+pub(crate) fn adjacent(geometry: &Geometry) -> Vec<Vec<usize>> {
+    /// Cosine of the angle below which planes are nearly parallel.
+    const NEARLY: f64 = 0.98;
+    let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut edges = HashMap::new();
+    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+        for k in 0..3 {
+            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
+            corners.entry(triangle[k]).or_default().push(facet as usize);
+        }
+    }
+    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
+    for (&(from, to), &facet) in &edges {
+        adjacent[facet].extend(edges.get(&(to, from)));
+    }
+    for around in corners.values() {
+        for &facet in around {
+            let normal = geometry.facets[facet].normal;
+            adjacent[facet]
+                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
+        }
+    }
+    for (facet, list) in adjacent.iter_mut().enumerate() {
+        list.sort_unstable();
+        list.dedup();
+        list.retain(|&j| j != facet);
+    }
+    adjacent
 }
