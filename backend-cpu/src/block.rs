@@ -1,6 +1,6 @@
 //! The wavelengths of a pixel's samples in blocks of sixteen lanes: what they have in common for all pixels.
 
-use crate::lanes::{Lanes, Row, Triple, WIDTH};
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
 use spectral_core::prepare::{self, SpectralTable};
 
 /// The optics of a material on each lane.
@@ -59,7 +59,11 @@ impl Medium {
         let k = row(&|medium| medium.k);
         Medium {
             index: [row(&n), row(&|m| n(m) * n(m)), row(&|m| 1.0 - n(m) * n(m))],
-            inverse: [row(&|m| 1.0 / n(m)), row(&|m| 1.0 / (n(m) * n(m))), row(&|m| 1.0 - 1.0 / (n(m) * n(m)))],
+            inverse: [
+                row(&|m| 1.0 / n(m)),
+                row(&|m| 1.0 / (n(m) * n(m))),
+                row(&|m| 1.0 - 1.0 / (n(m) * n(m))),
+            ],
             absorbs: fade.0.iter().any(|a| *a > 0.0),
             metal: k.0.iter().any(|k| *k > 0.0),
             k,

@@ -7,13 +7,13 @@ use crate::{
     account::Ledger,
     block::Block,
     incidence::{Flux, Mean, Polarized, first_axis},
-    instructions::{Instructions, Task},
-    lanes::{Lanes, Row, Triple, WIDTH, put},
     light::Light,
     planes::{Planes, adjacent},
     schedule::{Finished, TileTracer},
     texel::Aim,
 };
+use accel::lanes::{Lanes, Row, Triple, WIDTH, put};
+use accel::{Instructions, Task};
 use packet::{Arrival, Batch};
 use spectral_core::{
     camera::CameraRay,

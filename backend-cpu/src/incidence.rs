@@ -1,7 +1,7 @@
 //! Rays meeting a surface, a wavelength a lane: the twin of `spectral_core::fresnel` and of
 //! `spectral_core::stokes`, with selections in place of branches.
 
-use crate::lanes::{Lanes, Row, Triple, WIDTH};
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
 use spectral_core::{fresnel::conductor, stokes::any_axis};
 
 /// Rays that arrive at an interface between transparent media.
@@ -133,12 +133,7 @@ impl<V: Lanes> Reflection<V> {
     /// From memory.
     #[inline(always)]
     pub fn load([mean, difference, re, im]: &[Row; 4]) -> Self {
-        Reflection {
-            mean: V::load(mean),
-            difference: V::load(difference),
-            re: V::load(re),
-            im: V::load(im),
-        }
+        Reflection { mean: V::load(mean), difference: V::load(difference), re: V::load(re), im: V::load(im) }
     }
 }
 

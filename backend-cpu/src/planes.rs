@@ -10,7 +10,7 @@
 //! ways. Elsewhere the ray is searched for. So what a ray meets never depends on who guessed, and the picture not
 //! on how rays were grouped.
 
-use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
 use glam::DVec3;
 use spectral_core::prepare::{FacetPlane, Geometry};
 use std::collections::HashMap;

@@ -27,13 +27,7 @@ pub(crate) trait TileTracer: Sync {
 pub(crate) trait PixelTracer: Sync {
     /// Fills `radiance` with one value a wavelength along the camera ray through image point `at`; returns
     /// whether it meets a stone. May give up, with any values, once `stop` is set.
-    fn sample(
-        &self,
-        at: [f64; 2],
-        sample: u32,
-        radiance: &mut [f64],
-        work: &mut Work<'_>,
-    ) -> bool;
+    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_>) -> bool;
 }
 
 /// What a worker carries along.

@@ -1,9 +1,7 @@
 //! The environment for sixteen directions at a time: the twin of `spectral_core::environment`.
 
-use crate::{
-    lanes::{Lanes, Mask, Row, Triple, WIDTH, turns},
-    light::Light,
-};
+use crate::light::Light;
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, turns};
 use spectral_core::environment::LatLong;
 
 /// Where directions fall on the image.
@@ -102,7 +100,7 @@ fn at_the_edge(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::instructions::{Instructions, Task};
+    use accel::{Instructions, Task};
     use glam::DVec3;
     use spectral_core::environment::Environment;
 
@@ -130,7 +128,7 @@ mod tests {
         for first in (0..10_000).step_by(WIDTH) {
             let mut rows = [Row::default(); 3];
             for lane in 0..WIDTH {
-                crate::lanes::put(&mut rows, lane, direction(first + lane).as_vec3().to_array());
+                accel::lanes::put(&mut rows, lane, direction(first + lane).as_vec3().to_array());
             }
             let found = Instructions::best().run(Look(&light, rows));
             for lane in 0..WIDTH {

@@ -2,12 +2,12 @@
 
 use crate::{
     chain::{Chain, ChainTracer},
-    instructions::Instructions,
     light::Light,
     schedule,
     surface::Surfaces,
     tree::{Tree, TreeTracer},
 };
+use accel::Instructions;
 use spectral_core::{
     Error,
     film::Film,

@@ -7,18 +7,18 @@ use crate::{
     account::Ledger,
     block::Block,
     incidence::{Flux, Mean, Polarized},
-    instructions::{Instructions, Task},
-    lanes::{Lanes, WIDTH},
     light::Light,
     planes::{Planes, adjacent},
     schedule::{Finished, TileTracer},
     surface::{Crossing, Surfaces},
 };
+use accel::lanes::{Lanes, WIDTH};
+use accel::{Instructions, Task};
 use glam::Vec3;
 use packet::Walk;
 use spectral_core::{
     film::Tile,
-    prepare::{Nest, PreparedScene, PreparedStone, Rank},
+    prepare::{FacetPlane, Nest, PreparedScene, PreparedStone, Rank},
     scene::Background,
     settings::{Leftover, RenderSettings, pixel_offset},
 };
@@ -101,14 +101,22 @@ impl Tree {
     }
 }
 
-/// Whether a stone is convex, transparent, and apart from all others.
+/// Whether a stone is convex, transparent, and apart from all others: by their boxes, or by one of its facets'
+/// planes.
 fn is_alone(stone: &PreparedStone, scene: &PreparedScene) -> bool {
     let geometry = &scene.geometry;
     let gap = 2.0 * f64::from(geometry.rounding().contact.max(geometry.rounding().margin));
+    let facets = &geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
+    let beyond = |other: &PreparedStone, facet: &FacetPlane| {
+        let triangles = &geometry.triangles[other.triangles.start as usize..other.triangles.end as usize];
+        let corners = triangles.iter().flatten().map(|&corner| geometry.positions[corner as usize]);
+        corners.into_iter().all(|corner| facet.normal.dot(corner) > facet.offset + gap)
+    };
     let apart = |other: &PreparedStone| {
         std::ptr::eq(stone, other)
             || (stone.low - gap).cmpgt(other.high).any()
             || (stone.high + gap).cmplt(other.low).any()
+            || facets.iter().any(|facet| beyond(other, facet))
     };
     stone.convex && !stone.conductor && geometry.stones.iter().all(apart)
 }

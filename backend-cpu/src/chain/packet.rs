@@ -9,10 +9,10 @@ use crate::{
     account::{Fate, Ledger},
     block::Block,
     incidence::{Flux, Incidence},
-    lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put},
     light::Light,
     texel::Aim,
 };
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put};
 use spectral_core::settings::Leftover;
 
 /// Packets that go together.

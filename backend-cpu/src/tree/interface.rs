@@ -3,8 +3,8 @@
 use crate::{
     block::Medium,
     incidence::{Incidence, Reflection},
-    lanes::{Lanes, Row, WIDTH},
 };
+use accel::lanes::{Lanes, Row, WIDTH};
 
 /// Two media, `None` for air.
 pub(super) struct Interface<'a> {

@@ -11,12 +11,11 @@ use crate::{
     account::{Fate, Ledger},
     block::{Block, Medium},
     incidence::Flux,
-    lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put},
     light::Light,
     surface::Crossing,
     texel::Aim,
 };
-use glam::Vec3;
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, exp2, put};
 use spectral_core::{
     prepare::{Nest, Rank},
     settings::Leftover,
@@ -59,6 +58,24 @@ pub(super) struct Walk<'a, V, F> {
     stack: Vec<Packet<V, F>>,
     /// By rank: a facet to try first.
     guesses: Vec<usize>,
+}
+
+/// [`Walk::split`] as a function of its own.
+struct Arrive<'b, 'a, V, F> {
+    walk: &'b mut Walk<'a, V, F>,
+    block: &'b Block,
+    packet: &'b Packet<V, F>,
+    event: &'b Event<V>,
+    sum: &'b mut V,
+}
+
+impl<V: Lanes, F: Flux<V>> Work for Arrive<'_, '_, V, F> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        self.walk.split(self.block, self.packet, self.event, self.sum);
+    }
 }
 
 impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
@@ -132,15 +149,11 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             return;
         }
         let near = packet.lanes & self.near(&packet);
-        let (origin, direction) = (packet.origin.stored(), packet.direction.stored());
-        let mut crossings = [None; WIDTH];
-        let (mut met, mut open) = (0, near);
-        while open != 0 {
-            let lane = open.trailing_zeros() as usize;
-            open &= open - 1;
-            let vector = |rows: &[Row; 3]| Vec3::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]);
-            crossings[lane] = self.tree.surfaces.next(vector(&origin), vector(&direction), packet.nest);
-            met |= u16::from(crossings[lane].is_some()) << lane;
+        let surfaces = &self.tree.surfaces;
+        let crossings = surfaces.next_of_packet(packet.origin, packet.direction, packet.nest, near);
+        let mut met = 0;
+        for (lane, crossing) in crossings.iter().enumerate() {
+            met |= u16::from(crossing.is_some()) << lane;
         }
         self.leave(block, &packet, packet.lanes & !met, sum);
         packet.lanes = met;
@@ -207,7 +220,12 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
     /// A surface event: fades the wavelengths, splits them, and stacks the children.
     #[inline(always)]
     fn arrive(&mut self, block: &Block, packet: &Packet<V, F>, event: Event<V>, sum: &mut V) {
-        let Event { mut lanes, normal, before, after, .. } = event;
+        V::apart(Arrive { walk: self, block, packet, event: &event, sum });
+    }
+
+    #[inline(always)]
+    fn split(&mut self, block: &Block, packet: &Packet<V, F>, event: &Event<V>, sum: &mut V) {
+        let Event { mut lanes, normal, before, after, .. } = *event;
         let media = Interface { here: self.medium(block, before), beyond: self.medium(block, after) };
         self.ledger.count(u64::from(lanes.count_ones()));
         let mut packet = *packet;
@@ -221,7 +239,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             }
         }
         if packet.depth == self.tree.max_depth {
-            self.at_limit(block, &packet, &event, &media, sum);
+            self.at_limit(block, &packet, event, &media, sum);
             return;
         }
         if before.is_empty() {
