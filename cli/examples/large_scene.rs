@@ -167,7 +167,8 @@ impl Sky {
             (r, g, b)
         });
         let attributes = LayerAttributes::default();
-        let layer = Layer::new((self.width, self.height), attributes, Encoding::SMALL_FAST_LOSSLESS, channels);
+        let layer =
+            Layer::new((self.width, self.height), attributes, Encoding::SMALL_FAST_LOSSLESS, channels);
         Image::from_layer(layer).write().non_parallel().to_file(path)
     }
 
