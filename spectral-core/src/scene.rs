@@ -1,7 +1,9 @@
 //! What is to be rendered, as a person describes it; [`PreparedScene`](crate::prepare::PreparedScene) is
 //! what backends render.
 
-use crate::{Error, camera::Camera, environment::Environment, material::Material, mesh::Mesh};
+use crate::{
+    Error, camera::Camera, environment::Environment, material::Material, mesh::Mesh, mesh::Placement,
+};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -55,6 +57,27 @@ impl Stone {
     /// # Errors
     /// [`Error::Value`] for a width, rotation or position that is not usable.
     pub fn placed(&self) -> Result<Mesh, Error> {
+        let (rotation, scale, position) = self.place()?;
+        self.mesh.transformed(rotation, scale, position)
+    }
+
+    /// Whether [`placed`](Self::placed) would give a mesh, without making one.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check_place(&self) -> Result<(), Error> {
+        self.placement().map(drop)
+    }
+
+    /// How the mesh is placed, which keeps it within the range of coordinates.
+    pub(crate) fn placement(&self) -> Result<Placement, Error> {
+        let (rotation, scale, position) = self.place()?;
+        let placement = Placement::new(rotation, scale, position)?;
+        placement.check(&self.mesh).map(|()| placement)
+    }
+
+    /// Rotation, scale and translation.
+    fn place(&self) -> Result<(DMat3, f64, DVec3), Error> {
         let field = |key: &str| format!("{}: {key}", self.name);
         for (key, v) in [("rotation", self.rotation), ("position", self.position)] {
             if !v.is_finite() || v.abs().max_element() > 1e9 {
@@ -65,7 +88,7 @@ impl Stone {
         let rotation = DMat3::from_rotation_z(angles.z)
             * DMat3::from_rotation_y(angles.y)
             * DMat3::from_rotation_x(angles.x);
-        self.mesh.transformed(rotation, self.scale()?, self.position)
+        Ok((rotation, self.scale()?, self.position))
     }
 
     fn scale(&self) -> Result<f64, Error> {
