@@ -110,7 +110,8 @@ impl ChainTracer<'_> {
     }
 
     fn arrival(&self, ray: &CameraRay) -> Arrival {
-        let Some(entry) = self.chain.planes.entry(ray.origin, ray.direction) else {
+        let stone = &self.scene.geometry.stones[0];
+        let Some((point, facet)) = self.scene.geometry.entry(stone, ray) else {
             if self.scene.background == Background::Transparent {
                 return Arrival::default();
             }
@@ -118,10 +119,10 @@ impl ChainTracer<'_> {
             let colour = self.scene.environment.rgb(ray.direction).map(|c| c as f32);
             return Arrival { colour, ..Arrival::default() };
         };
-        let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(entry.facet));
+        let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(facet));
         Arrival {
             covered: true,
-            point: entry.point.as_vec3().to_array(),
+            point: point.as_vec3().to_array(),
             direction: direction.to_array(),
             inward: normal.map(|n| -n),
             axis: first_axis(direction.to_array(), normal),

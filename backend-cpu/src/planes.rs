@@ -11,7 +11,6 @@
 //! on how rays were grouped.
 
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
-use glam::DVec3;
 use spectral_core::prepare::{FacetPlane, Geometry};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -49,14 +48,6 @@ pub(crate) struct Planes {
     blocks: Vec<Block>,
     facets: Vec<Facet>,
     sides: Vec<[Side; UNROLLED]>,
-    exact: Vec<FacetPlane>,
-}
-
-/// Where a camera ray enters a convex stone.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Entry {
-    pub point: DVec3,
-    pub facet: usize,
 }
 
 /// Where rays inside the stone meet its surface.
@@ -105,7 +96,7 @@ impl Planes {
         };
         let facets_around: Vec<Facet> = facets.iter().zip(adjacent).map(facet).collect();
         let sides = sides.as_chunks().0.to_vec();
-        Planes { blocks: blocks(facets), facets: facets_around, sides, exact: facets.to_vec() }
+        Planes { blocks: blocks(facets), facets: facets_around, sides }
     }
 
     /// The unit outward normal of a facet.
@@ -193,27 +184,6 @@ impl Planes {
         // Only a direction that is no number runs towards no plane.
         let sound = |facet: usize| if facet < self.facets.len() { facet } else { 0 };
         [sound(first.nearest()), sound(second.nearest())]
-    }
-
-    /// Where a camera ray from outside meets the stone, in double precision: it is done once a sample.
-    pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<Entry> {
-        let (mut near, mut far) = ((0.0, usize::MAX), f64::INFINITY);
-        for (index, plane) in self.exact.iter().enumerate() {
-            let towards = plane.normal.dot(direction);
-            let gap = plane.offset - plane.normal.dot(origin);
-            if towards < 0.0 {
-                if gap / towards > near.0 {
-                    near = (gap / towards, index);
-                }
-            } else if towards > 0.0 {
-                far = far.min(gap / towards);
-            } else if gap < 0.0 {
-                return None;
-            }
-        }
-        let (distance, facet) = near;
-        (facet != usize::MAX && distance <= far)
-            .then(|| Entry { point: origin + direction * distance, facet })
     }
 }
 

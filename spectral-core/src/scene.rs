@@ -2,7 +2,11 @@
 //! what backends render.
 
 use crate::{
-    Error, camera::Camera, environment::Environment, material::Material, mesh::Mesh, mesh::Placement,
+    Error,
+    camera::{Camera, Projection},
+    environment::{Environment, LatLong},
+    material::Material,
+    mesh::{Mesh, Placement},
 };
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
@@ -117,4 +121,40 @@ pub struct Scene {
     pub environment: Environment,
     /// What stands in it; none is allowed and shows the environment alone.
     pub stones: Vec<Stone>,
+}
+
+impl Scene {
+    /// Stones of a few carats as a jeweller looks at them: from 30 mm above and a little to the side, in the
+    /// built-in studio, 256 × 256 pixels.
+    ///
+    /// Every field can be changed afterwards.
+    ///
+    /// ```
+    /// use spectral_core::{material::Catalogue, scene::{Scene, Stone}, shape::ShapeSpec};
+    /// use spectral_core::{prepare::PreparedScene, settings::RenderSettings};
+    /// use std::sync::Arc;
+    /// let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
+    /// let diamond = Catalogue::builtin().get("diamond")?.clone();
+    /// let mut stone = Stone::new("the diamond", Arc::new(mesh), Arc::new(diamond));
+    /// stone.width = Some(6.5);
+    /// let scene = Scene { width: 32, height: 32, ..Scene::in_studio(vec![stone]) };
+    /// let prepared = PreparedScene::new(&scene, &RenderSettings::default())?;
+    /// assert!(prepared.lone_convex_stone().is_some());
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn in_studio(stones: Vec<Stone>) -> Self {
+        Scene {
+            camera: Camera {
+                position: DVec3::new(3.0, -11.0, 28.0),
+                look_at: DVec3::ZERO,
+                up: DVec3::Z,
+                projection: Projection::Perspective { fov: 14.0 },
+            },
+            width: 256,
+            height: 256,
+            background: Background::Environment,
+            environment: Environment::image(LatLong::studio()),
+            stones,
+        }
+    }
 }
