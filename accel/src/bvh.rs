@@ -88,16 +88,19 @@ impl Bvh {
     /// A coordinate that is not finite or beyond [`LARGEST_COORDINATE`]; an index without a vertex; more than
     /// 2²⁷ triangles; an option outside its range.
     pub fn build(positions: &[Vec3], triangles: &[[u32; 3]], options: &BuildOptions) -> Result<Bvh, Error> {
-        let Built { tree, scale, live } = build(positions, triangles, options)?;
-        let wide = wide::convert(&tree);
-        drop(tree);
+        let Built { nodes, scale, live } = build(positions, triangles, options)?;
+        let wide = if options.reinsertion > 0.0 {
+            wide::convert_packed(&packed(nodes, options))
+        } else {
+            wide::convert(&nodes)
+        };
         let gather =
             |&number: &u32| Triangle::new(triangles[number as usize].map(|i| positions[i as usize]), number);
         Ok(Bvh {
-            references: wide.primitive_indices.par_iter().map(gather).collect(),
+            references: wide.triangles.par_iter().map(gather).collect(),
             nodes: wide.nodes,
             scale,
-            bounds: wide.total_aabb,
+            bounds: wide.bounds,
             triangles: live,
             degenerate: triangles.len() - live,
         })
@@ -171,11 +174,18 @@ pub fn binary_tree(
     triangles: &[[u32; 3]],
     options: &BuildOptions,
 ) -> Result<Bvh2, Error> {
-    build(positions, triangles, options).map(|built| built.tree)
+    build(positions, triangles, options).map(|built| packed(built.nodes, options))
+}
+
+fn packed(nodes: Vec<sbvh::Node>, options: &BuildOptions) -> Bvh2 {
+    let mut tree = wide::binary(&nodes);
+    drop(nodes);
+    wide::reinsert(&mut tree, options.reinsertion);
+    tree
 }
 
 struct Built {
-    tree: Bvh2,
+    nodes: Vec<sbvh::Node>,
     scale: f32,
     /// Triangles in the tree.
     live: usize,
@@ -191,11 +201,8 @@ fn build(positions: &[Vec3], triangles: &[[u32; 3]], options: &BuildOptions) -> 
     let live = numbers.len();
     let budget = ((live as f64 * f64::from(options.budget)) as usize).min(MOST_REFERENCES);
     let mesh = sbvh::Mesh { positions, triangles, scale: scale(positions) };
-    let nodes = sbvh::build(&mesh, &numbers, &sbvh::Settings { budget, alpha: options.overlap });
-    let mut tree = wide::binary(&nodes);
-    drop(nodes);
-    wide::reinsert(&mut tree, options.reinsertion);
-    Ok(Built { tree, scale: mesh.scale, live })
+    let nodes = sbvh::build(&mesh, numbers, &sbvh::Settings { budget, alpha: options.overlap });
+    Ok(Built { nodes, scale: mesh.scale, live })
 }
 
 /// Whether the corners span a plane. In double precision the test is exact for all but absurd ranges.

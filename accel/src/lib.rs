@@ -67,6 +67,9 @@ pub use obvhs;
 mod bounds;
 mod bvh;
 mod error;
+mod instructions;
+pub mod lanes;
+pub mod packet;
 mod ray;
 mod sbvh;
 pub mod software;
@@ -78,6 +81,7 @@ mod wide;
 
 pub use bvh::{BuildOptions, Bvh, binary_tree};
 pub use error::Error;
+pub use instructions::{Instructions, Task};
 pub use ray::{Hit, Ray};
 
 /// Largest magnitude of a coordinate: differences of two such numbers, and the slopes and products taken of

@@ -10,13 +10,18 @@
 //! references: large boxes are what spatial splits make smaller. The array's length is the budget, so it
 //! cannot be exceeded, no node waits for another, and the tree is the same for any number of threads.
 //! (The layout in place follows the extended ranges of Embree's spatial builder.)
+//!
+//! **Memory.** The array of nodes has a place for every node that the budget allows, but it comes from the system as
+//! zeroed pages and a task fills its part from the front: what the budget is not used for is never touched.
 
 mod clip;
+mod node;
 mod object;
 mod reference;
 mod spatial;
 
-use crate::bounds::Bounds;
+use crate::wide::Costs;
+pub(crate) use node::Node;
 use object::Partition;
 use rayon::prelude::*;
 pub(crate) use reference::{Extent, Mesh, Reference};
@@ -34,19 +39,6 @@ const FEWEST: usize = 8;
 /// Subtrees with more references than this are built as tasks of their own.
 const TASK: usize = 1 << 12;
 
-/// A node of the binary tree in the builder's sparse array.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Node {
-    pub bounds: Bounds,
-    /// Of an inner node the index of the first of two adjacent children; of a leaf its triangle.
-    pub link: u32,
-    pub leaf: bool,
-}
-
-impl Node {
-    const VACANT: Node = Node { bounds: Bounds::EMPTY, link: 0, leaf: true };
-}
-
 /// What steers the build; see [`crate::BuildOptions`].
 pub(crate) struct Settings {
     /// Largest number of references.
@@ -62,67 +54,99 @@ struct Builder<'a> {
 
 /// Builds the tree over the triangles of the given numbers. Node 0 is the root; the array has vacant places.
 /// Empty where there are no triangles.
-pub(crate) fn build(mesh: &Mesh, numbers: &[u32], settings: &Settings) -> Vec<Node> {
+pub(crate) fn build(mesh: &Mesh, numbers: Vec<u32>, settings: &Settings) -> Vec<Node> {
     let count = numbers.len();
     if count == 0 {
         return Vec::new();
     }
-    let mut references = Vec::with_capacity(settings.budget.max(count));
+    let room = settings.budget.max(count);
+    let mut references = Vec::with_capacity(room);
     numbers.par_iter().map(|&number| mesh.reference(number)).collect_into_vec(&mut references);
+    drop(numbers);
     let extent = Extent::of(&references);
-    references.resize(settings.budget.max(count), references[0]);
-    let mut nodes = vec![Node::VACANT; 2 * references.len() - 1];
+    references.resize(room, references[0]);
+    let mut nodes: Vec<Node> = bytemuck::zeroed_vec(2 * room - 1);
     let builder = Builder { mesh, least_overlap: settings.alpha * extent.bounds.half_area() };
-    if let Some((root, rest)) = nodes.split_first_mut() {
-        builder.node(root, rest, 1, &mut references, count, extent, 0);
+    if let Some((root, below)) = nodes.split_first_mut() {
+        (*root, _) = builder.task(Place { below, base: 1 }, &mut references, count, extent, 0);
     }
     nodes
 }
 
+/// Vacant nodes, the first of which has index `base` in the whole array.
+struct Place<'a> {
+    below: &'a mut [Node],
+    base: usize,
+}
+
 impl Builder<'_> {
-    /// Builds the subtree over `references[..count]` into `node` and `below`, whose first element has index
-    /// `base` in the whole array.
-    #[allow(clippy::too_many_arguments)]
-    fn node(
+    /// Builds the subtree over `references[..count]`, all but its root into `place`: in parts of their own for other
+    /// threads, as long as it is large.
+    fn task(
         &self,
-        node: &mut Node,
-        below: &mut [Node],
-        base: usize,
+        place: Place,
         references: &mut [Reference],
         count: usize,
         extent: Extent,
         depth: u32,
-    ) {
-        if count == 1 {
-            *node = Node { bounds: extent.bounds, link: references[0].triangle(), leaf: true };
-            return;
+    ) -> (Node, Costs) {
+        let Place { below, base } = place;
+        if count <= TASK {
+            return self.subtree(&mut Place { below, base }, &mut 0, references, count, extent, depth);
         }
-        *node = Node { bounds: extent.bounds, link: base as u32, leaf: false };
-        let (left_count, left, right_count, right) = self.split(references, count, &extent, depth);
+        let (cut, left_count, left, right_count, right) = self.spread(references, count, &extent, depth);
+        let (left_references, right_references) = references.split_at_mut(cut);
+        let (pair, rest) = below.split_at_mut(2);
+        let (left_below, right_below) = rest.split_at_mut(2 * (cut - 1));
+        let left_place = Place { base: base + 2, below: left_below };
+        let right_place = Place { base: base + 2 * cut, below: right_below };
+        let (first, second) = rayon::join(
+            || self.task(left_place, left_references, left_count, left, depth + 1),
+            || self.task(right_place, right_references, right_count, right, depth + 1),
+        );
+        (pair[0], pair[1]) = (first.0, second.0);
+        Node::inner(extent.bounds, base, &first.1, &second.1)
+    }
+
+    /// The same on this thread, into the first vacant nodes after `used`.
+    fn subtree(
+        &self,
+        place: &mut Place,
+        used: &mut usize,
+        references: &mut [Reference],
+        count: usize,
+        extent: Extent,
+        depth: u32,
+    ) -> (Node, Costs) {
+        if count == 1 {
+            return Node::leaf(extent.bounds, references[0].triangle());
+        }
+        let (cut, left_count, left, right_count, right) = self.spread(references, count, &extent, depth);
+        let (left_references, right_references) = references.split_at_mut(cut);
+        let pair = *used;
+        *used += 2;
+        let first = self.subtree(place, used, left_references, left_count, left, depth + 1);
+        let second = self.subtree(place, used, right_references, right_count, right, depth + 1);
+        (place.below[pair], place.below[pair + 1]) = (first.0, second.0);
+        Node::inner(extent.bounds, place.base + pair, &first.1, &second.1)
+    }
+
+    /// Splits the references and divides the room: the right-hand side's begin at the first number returned.
+    fn spread(
+        &self,
+        references: &mut [Reference],
+        count: usize,
+        extent: &Extent,
+        depth: u32,
+    ) -> (usize, usize, Extent, usize, Extent) {
+        let (left_count, left, right_count, right) = self.split(references, count, extent, depth);
         let room =
             share(references.len() - left_count - right_count, (left_count, &left), (right_count, &right));
         let cut = left_count + room;
         // The right-hand references move up to make the room; their order is free, so only those in the way do.
         let moved = room.min(right_count);
         references.copy_within(left_count..left_count + moved, cut + right_count - moved);
-        let (left_references, right_references) = references.split_at_mut(cut);
-        let [left_node, right_node, rest @ ..] = below else {
-            unreachable!("a node with two references or more has room for two children")
-        };
-        let (left_below, right_below) = rest.split_at_mut(2 * (cut - 1));
-        let (left_base, right_base) = (base + 2, base + 2 + left_below.len());
-        let mut first = || {
-            self.node(left_node, left_below, left_base, left_references, left_count, left, depth + 1);
-        };
-        let mut second = || {
-            self.node(right_node, right_below, right_base, right_references, right_count, right, depth + 1);
-        };
-        if count > TASK {
-            rayon::join(first, second);
-        } else {
-            first();
-            second();
-        }
+        (cut, left_count, left, right_count, right)
     }
 
     /// Chooses a split and carries it out: the left side's references come first, the right side's follow.

@@ -12,7 +12,7 @@ pub(crate) struct Account {
     pub lost: f64,
 }
 
-/// Sums in fixed point, in the order of [`Fate`], then lost: integers add up to the same total in any order.
+/// Sums in fixed point, in the order of [`Fate`]: integers add up to the same total in any order.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Ledger {
     rays: u64,
@@ -27,6 +27,7 @@ pub(crate) enum Fate {
     DroppedDepth,
     DroppedThreshold,
     LeftAtLimit,
+    Lost,
 }
 
 /// 2⁴⁸ parts of one unit of throughput.

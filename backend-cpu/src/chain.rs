@@ -1,34 +1,29 @@
 //! One convex stone under an environment: what leaves never returns, so a path is a chain of internal
 //! reflections, not a tree, and the next facet is the nearest plane.
 
-mod block;
-mod incidence;
 mod packet;
-mod texel;
 
 use crate::{
     account::Ledger,
-    instructions::{Instructions, Task},
-    lanes::{Lanes, Row, Triple, WIDTH},
+    block::Block,
+    incidence::{Flux, Mean, Polarized, first_axis},
     light::Light,
-    line::Line,
-    planes::Planes,
-    schedule::{Finished, TileTracer, seen},
+    planes::{Planes, adjacent},
+    schedule::{Finished, TileTracer},
+    texel::Aim,
 };
-use block::Block;
-use incidence::{Flux, Mean, Polarized, first_axis};
-use packet::{Arrival, Batch, put};
+use accel::lanes::{Lanes, Row, Triple, WIDTH, put};
+use accel::{Instructions, Task};
+use packet::{Arrival, Batch};
 use spectral_core::{
     camera::CameraRay,
-    film::{Tile, TileSums},
+    film::Tile,
     prepare::PreparedScene,
     scene::Background,
     settings::{Leftover, RenderSettings, pixel_offset},
 };
-use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use texel::Aim;
 
 /// The scene reduced to one convex stone.
 #[derive(Debug)]
@@ -46,8 +41,6 @@ pub(crate) struct ChainTracer<'a> {
     pub chain: &'a Chain,
     pub scene: &'a PreparedScene,
     pub light: &'a Light,
-    /// By sample (one entry if all share it), then by wavelength.
-    pub lines: &'a [Vec<Line>],
 }
 
 /// A tile's paths, for any instruction set.
@@ -70,7 +63,7 @@ impl Chain {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let facets = &scene.geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
         Some(Chain {
-            planes: Planes::new(facets, &adjacent(scene), scene.geometry.rounding().margin),
+            planes: Planes::new(facets, &adjacent(&scene.geometry), scene.geometry.rounding().margin),
             material: stone.material as usize,
             max_depth,
             threshold: threshold as f32,
@@ -82,9 +75,8 @@ impl Chain {
 
 impl TileTracer for ChainTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
-        let lines = |sample: u32| &self.lines[sample as usize % self.lines.len()];
         let (wavelengths, count) = (self.scene.wavelength_count(), samples.len());
-        let blocks = Block::all(samples.clone().map(|s| lines(s).as_slice()), self.chain.material);
+        let blocks = Block::all(samples.clone().map(|sample| self.scene.table(sample)));
         let arrivals = self.arrivals(tile, &samples);
         let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.covered).collect();
         let mut radiances = vec![0.0; arrivals.len() * wavelengths];
@@ -99,13 +91,7 @@ impl TileTracer for ChainTracer<'_> {
             ledger: &mut ledger,
             stop,
         });
-        finished.then(|| {
-            let pixels = radiances.chunks_exact(wavelengths).zip(&covered).enumerate();
-            let sample = |k: usize| self.scene.table(samples.start + (k % count) as u32);
-            let seen = pixels.map(|(k, (radiance, covered))| seen(sample(k), radiance, *covered)).collect();
-            let radiance = if self.scene.settings.spectral { radiances } else { Vec::new() };
-            Finished { sums: TileSums { tile, samples: seen, radiance }, ledger }
-        })
+        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
     }
 }
 
@@ -124,7 +110,8 @@ impl ChainTracer<'_> {
     }
 
     fn arrival(&self, ray: &CameraRay) -> Arrival {
-        let Some(entry) = self.chain.planes.entry(ray.origin, ray.direction) else {
+        let stone = &self.scene.geometry.stones[0];
+        let Some((point, facet)) = self.scene.geometry.entry(stone, ray) else {
             if self.scene.background == Background::Transparent {
                 return Arrival::default();
             }
@@ -132,10 +119,10 @@ impl ChainTracer<'_> {
             let colour = self.scene.environment.rgb(ray.direction).map(|c| c as f32);
             return Arrival { colour, ..Arrival::default() };
         };
-        let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(entry.facet));
+        let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(facet));
         Arrival {
             covered: true,
-            point: entry.point.as_vec3().to_array(),
+            point: point.as_vec3().to_array(),
             direction: direction.to_array(),
             inward: normal.map(|n| -n),
             axis: first_axis(direction.to_array(), normal),
@@ -213,40 +200,6 @@ impl Paths<'_> {
         batch.run();
         true
     }
-}
-
-/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
-/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
-/// nearly parallel to it.
-fn adjacent(scene: &PreparedScene) -> Vec<Vec<usize>> {
-    /// Cosine of the angle below which planes are nearly parallel.
-    const NEARLY: f64 = 0.98;
-    let geometry = &scene.geometry;
-    let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
-    let mut edges = HashMap::new();
-    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
-        for k in 0..3 {
-            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
-            corners.entry(triangle[k]).or_default().push(facet as usize);
-        }
-    }
-    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
-    for (&(from, to), &facet) in &edges {
-        adjacent[facet].extend(edges.get(&(to, from)));
-    }
-    for around in corners.values() {
-        for &facet in around {
-            let normal = geometry.facets[facet].normal;
-            adjacent[facet]
-                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
-        }
-    }
-    for (facet, list) in adjacent.iter_mut().enumerate() {
-        list.sort_unstable();
-        list.dedup();
-        list.retain(|&j| j != facet);
-    }
-    adjacent
 }
 
 #[cfg(test)]

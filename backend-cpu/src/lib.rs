@@ -9,21 +9,20 @@
 //! Both give the same bits for any number of threads and any tile size.
 
 mod account;
+mod block;
 mod chain;
-mod direction;
-mod instructions;
-mod lanes;
+mod incidence;
 mod light;
-mod line;
 mod planes;
 mod reference;
 mod schedule;
 mod surface;
+mod texel;
 mod throughput;
 mod tracer;
 mod tree;
 
-pub use instructions::Instructions;
+pub use accel::Instructions;
 use spectral_core::tracer::{Backend, DeviceInfo};
 
 /// The CPU backend.
@@ -41,6 +40,17 @@ pub const REFERENCE: Backend = Backend {
     devices: || vec![device("reference", "every triangle, double precision")],
     open: reference::open,
 };
+
+/// [`CPU`] confined to an instruction set; on a machine without it, to the portable one. For tests and benchmarks:
+/// `CPU` itself takes [`Instructions::best`].
+pub fn cpu_in(instructions: Instructions) -> Backend {
+    let open = match instructions {
+        Instructions::Avx512 => tracer::open_avx512,
+        Instructions::Avx2 => tracer::open_avx2,
+        Instructions::Portable => tracer::open_portable,
+    };
+    Backend { open, ..CPU }
+}
 
 fn device(backend: &'static str, intersection: &'static str) -> DeviceInfo {
     let threads = std::thread::available_parallelism().map_or(1, |n| n.get());

@@ -10,9 +10,9 @@
 //! ways. Elsewhere the ray is searched for. So what a ray meets never depends on who guessed, and the picture not
 //! on how rays were grouped.
 
-use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH};
-use glam::DVec3;
-use spectral_core::prepare::FacetPlane;
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use spectral_core::prepare::{FacetPlane, Geometry};
+use std::collections::HashMap;
 use std::ops::Range;
 
 /// The sides of a facet are tested so many at a time: few facets have as many as two groups, so the processor
@@ -48,14 +48,6 @@ pub(crate) struct Planes {
     blocks: Vec<Block>,
     facets: Vec<Facet>,
     sides: Vec<[Side; UNROLLED]>,
-    exact: Vec<FacetPlane>,
-}
-
-/// Where a camera ray enters a convex stone.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Entry {
-    pub point: DVec3,
-    pub facet: usize,
 }
 
 /// Where rays inside the stone meet its surface.
@@ -104,7 +96,7 @@ impl Planes {
         };
         let facets_around: Vec<Facet> = facets.iter().zip(adjacent).map(facet).collect();
         let sides = sides.as_chunks().0.to_vec();
-        Planes { blocks: blocks(facets), facets: facets_around, sides, exact: facets.to_vec() }
+        Planes { blocks: blocks(facets), facets: facets_around, sides }
     }
 
     /// The unit outward normal of a facet.
@@ -193,27 +185,6 @@ impl Planes {
         let sound = |facet: usize| if facet < self.facets.len() { facet } else { 0 };
         [sound(first.nearest()), sound(second.nearest())]
     }
-
-    /// Where a camera ray from outside meets the stone, in double precision: it is done once a sample.
-    pub fn entry(&self, origin: DVec3, direction: DVec3) -> Option<Entry> {
-        let (mut near, mut far) = ((0.0, usize::MAX), f64::INFINITY);
-        for (index, plane) in self.exact.iter().enumerate() {
-            let towards = plane.normal.dot(direction);
-            let gap = plane.offset - plane.normal.dot(origin);
-            if towards < 0.0 {
-                if gap / towards > near.0 {
-                    near = (gap / towards, index);
-                }
-            } else if towards > 0.0 {
-                far = far.min(gap / towards);
-            } else if gap < 0.0 {
-                return None;
-            }
-        }
-        let (distance, facet) = near;
-        (facet != usize::MAX && distance <= far)
-            .then(|| Entry { point: origin + direction * distance, facet })
-    }
 }
 
 /// The nearest plane to one ray, so far: in each lane one of those that it has been compared with.
@@ -266,4 +237,37 @@ fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
         block.offset.0[lane] = facet.offset as f32;
     }
     blocks
+}
+
+/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
+/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
+/// nearly parallel to it.
+pub(crate) fn adjacent(geometry: &Geometry) -> Vec<Vec<usize>> {
+    /// Cosine of the angle below which planes are nearly parallel.
+    const NEARLY: f64 = 0.98;
+    let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
+    let mut edges = HashMap::new();
+    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+        for k in 0..3 {
+            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
+            corners.entry(triangle[k]).or_default().push(facet as usize);
+        }
+    }
+    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
+    for (&(from, to), &facet) in &edges {
+        adjacent[facet].extend(edges.get(&(to, from)));
+    }
+    for around in corners.values() {
+        for &facet in around {
+            let normal = geometry.facets[facet].normal;
+            adjacent[facet]
+                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
+        }
+    }
+    for (facet, list) in adjacent.iter_mut().enumerate() {
+        list.sort_unstable();
+        list.dedup();
+        list.retain(|&j| j != facet);
+    }
+    adjacent
 }

@@ -85,9 +85,7 @@ struct Ray<P> {
 }
 
 impl<P: Throughput<f64>> PixelTracer for Typed<'_, P> {
-    type Scratch = ();
-
-    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_, ()>) -> bool {
+    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_>) -> bool {
         let scene = &self.0.scene;
         let ray = scene.view.ray(at[0], at[1]);
         let covered = self.0.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
@@ -119,7 +117,7 @@ struct Walk<'a, P> {
 }
 
 impl<P: Throughput<f64>> Walk<'_, P> {
-    fn radiance(&mut self, work: &mut Work<'_, ()>) -> f64 {
+    fn radiance(&mut self, work: &mut Work<'_>) -> f64 {
         let mut sum = 0.0;
         while let Some(ray) = self.pending.pop() {
             if work.stop.load(Ordering::Relaxed) {

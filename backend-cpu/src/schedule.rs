@@ -25,24 +25,14 @@ pub(crate) trait TileTracer: Sync {
 
 /// Computes one pixel sample.
 pub(crate) trait PixelTracer: Sync {
-    /// Buffers that a worker keeps from pixel to pixel.
-    type Scratch: Default;
-
     /// Fills `radiance` with one value a wavelength along the camera ray through image point `at`; returns
     /// whether it meets a stone. May give up, with any values, once `stop` is set.
-    fn sample(
-        &self,
-        at: [f64; 2],
-        sample: u32,
-        radiance: &mut [f64],
-        work: &mut Work<'_, Self::Scratch>,
-    ) -> bool;
+    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_>) -> bool;
 }
 
 /// What a worker carries along.
-pub(crate) struct Work<'a, S> {
+pub(crate) struct Work<'a> {
     pub account: Account,
-    pub scratch: &'a mut S,
     pub stop: &'a AtomicBool,
 }
 
@@ -59,6 +49,24 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 pub(crate) struct Finished {
     pub sums: TileSums,
     pub ledger: Ledger,
+}
+
+impl Finished {
+    /// A tile from the radiances of its pixels' samples, wavelengths innermost, and which of them meet a stone.
+    pub fn new(
+        scene: &PreparedScene,
+        tile: Tile,
+        samples: Range<u32>,
+        radiances: Vec<f32>,
+        covered: &[bool],
+        ledger: Ledger,
+    ) -> Self {
+        let table = |k: usize| scene.table(samples.start + (k % samples.len()) as u32);
+        let pixels = radiances.chunks_exact(scene.wavelength_count()).zip(covered).enumerate();
+        let samples = pixels.map(|(k, (radiance, covered))| seen(table(k), radiance, *covered)).collect();
+        let radiance = if scene.settings.spectral { radiances } else { Vec::new() };
+        Finished { sums: TileSums { tile, samples, radiance }, ledger }
+    }
 }
 
 /// Adds `samples` of every pixel to `film`.
@@ -146,6 +154,9 @@ impl Run<'_> {
             let workers = scope.spawn(move || {
                 pool.install(|| {
                     tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
+                        if stop.load(Ordering::Relaxed) {
+                            return;
+                        }
                         if let Some(finished) = kernel.tile(tile, samples.clone(), stop) {
                             // The receiver is gone only when the caller failed; nothing is left to tell.
                             let _ = sender.send(finished);
@@ -192,14 +203,13 @@ impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
         let Pixelwise { kernel, scene } = self;
         let count = scene.wavelength_count();
         let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
-        let (mut ledger, mut radiance, mut scratch) =
-            (Ledger::default(), vec![0.0; count], K::Scratch::default());
+        let (mut ledger, mut radiance) = (Ledger::default(), vec![0.0; count]);
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
                 for sample in samples.clone() {
                     let offset = pixel_offset(sample, scene.settings.samples);
                     let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
-                    let mut work = Work { account: Account::default(), scratch: &mut scratch, stop };
+                    let mut work = Work { account: Account::default(), stop };
                     let covered = kernel.sample(at, sample, &mut radiance, &mut work);
                     if stop.load(Ordering::Relaxed) {
                         return None;
@@ -217,7 +227,7 @@ impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
 }
 
 /// A pixel sample from the radiances of its wavelengths.
-pub(crate) fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: bool) -> PixelSample {
+fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: bool) -> PixelSample {
     let mut xyz = [0.0; 3];
     for (weight, value) in table.response.iter().zip(radiance) {
         let value: f64 = (*value).into();

@@ -5,6 +5,8 @@
 //! over. What remains of self-intersection is handled by an error bound rather than an offset: rounding puts
 //! the start at most [`Rounding::margin`] beyond a plane, so hits that little behind the start still count.
 
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
+use accel::packet::{Accept, Rays};
 use accel::{Bvh, Hit, Ray};
 use glam::Vec3;
 use spectral_core::{
@@ -87,6 +89,54 @@ impl Surfaces {
         None
     }
 
+    /// [`next`](Self::next) for the lanes that are set, all in the same stones; `None` for those that meet no more.
+    #[inline(always)]
+    pub fn next_of_packet<V: Lanes>(
+        &self,
+        origin: Triple<V>,
+        direction: Triple<V>,
+        nest: Nest,
+        lanes: u16,
+    ) -> [Option<Crossing>; WIDTH] {
+        let passable = Passable { surfaces: self, origin, direction, nest };
+        let rays = Rays { origin, direction, t_min: -self.rounding.behind, lanes };
+        let hits = self.bvh.closest_of_packet(&rays, &passable);
+        let (origins, directions) = (origin.stored(), direction.stored());
+        let mut crossings = [None; WIDTH];
+        let mut toggled = (Rank::MAX, nest);
+        let mut open = lanes;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            let vector = |rows: &[Row; 3]| Vec3::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]);
+            let (origin, direction) = (vector(&origins), vector(&directions));
+            if hits.lanes >> lane & 1 == 0 {
+                if !nest.is_empty() {
+                    crossings[lane] = self.next(origin, direction, nest);
+                }
+                continue;
+            }
+            let (triangle, t) = (hits.triangle[lane], hits.t.0[lane]);
+            let plane = &self.planes[self.facet_of[triangle as usize] as usize];
+            if toggled.0 != plane.rank {
+                toggled = (plane.rank, nest.toggled(plane.rank));
+            }
+            let distance = self.distance(plane, t, origin, direction);
+            let after = if self.rounding.contact == 0.0 {
+                toggled.1
+            } else {
+                self.with_contacts(origin, direction, distance, plane, nest)
+            };
+            crossings[lane] = if self.optics(nest) == self.optics(after) {
+                self.next(origin, direction, nest)
+            } else {
+                let normal = if plane.normal.dot(direction) > 0.0 { -plane.normal } else { plane.normal };
+                Some(Crossing { distance, normal, before: nest, after })
+            };
+        }
+        crossings
+    }
+
     /// What tells two media apart: the material, or none for air.
     #[inline]
     fn optics(&self, nest: Nest) -> Option<u32> {
@@ -97,7 +147,7 @@ impl Surfaces {
     fn nearest(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Crossing> {
         let hit = self.cast(origin, direction, nest).or_else(|| self.rescue(origin, direction, nest))?;
         let plane = *self.plane(&hit);
-        let distance = self.distance(&plane, &hit, origin, direction);
+        let distance = self.distance(&plane, hit.t, origin, direction);
         let after = self.with_contacts(origin, direction, distance, &plane, nest);
         let normal = if plane.normal.dot(direction) > 0.0 { -plane.normal } else { plane.normal };
         Some(Crossing { distance, normal, before: nest, after })
@@ -133,11 +183,11 @@ impl Surfaces {
     }
 
     /// Distance to the exact plane; the triangle's own where the ray is too nearly parallel to say.
-    fn distance(&self, plane: &Plane, hit: &Hit, origin: Vec3, direction: Vec3) -> f32 {
+    fn distance(&self, plane: &Plane, t: f32, origin: Vec3, direction: Vec3) -> f32 {
         let towards = plane.normal.dot(direction);
         let exact = (plane.offset - plane.normal.dot(origin)) / towards;
         let slack = self.rounding.margin / towards.abs().max(Rounding::GRAZING);
-        (if (exact - hit.t).abs() <= slack { exact } else { hit.t }).max(0.0)
+        (if (exact - t).abs() <= slack { exact } else { t }).max(0.0)
     }
 
     /// The nest after crossing `first` and every face of another stone that lies on it.
@@ -169,5 +219,31 @@ impl Surfaces {
     #[inline]
     fn plane(&self, hit: &Hit) -> &Plane {
         &self.planes[self.facet_of[hit.triangle as usize] as usize]
+    }
+}
+
+/// Lets pass the surfaces that rays with a nest can cross: those of stones they are in from inside, those of others
+/// from outside, ahead of their starts but for rounding.
+struct Passable<'a, V> {
+    surfaces: &'a Surfaces,
+    origin: Triple<V>,
+    direction: Triple<V>,
+    nest: Nest,
+}
+
+impl<V: Lanes> Accept<V> for Passable<'_, V> {
+    #[inline(always)]
+    fn accept(&self, triangle: u32, hit: V::Mask) -> V::Mask {
+        let surfaces = self.surfaces;
+        let plane = &surfaces.planes[surfaces.facet_of[triangle as usize] as usize];
+        let normal = Triple::splat(plane.normal.to_array());
+        let leaving = V::splat(0.0).lt(normal.dot(self.direction));
+        let gap = V::splat(plane.offset) - normal.dot(self.origin);
+        let margin = V::splat(-surfaces.rounding.margin);
+        if self.nest.contains(plane.rank) {
+            hit & leaving & !gap.lt(margin)
+        } else {
+            hit & !leaving & !(-gap).lt(margin)
+        }
     }
 }

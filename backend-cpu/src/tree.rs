@@ -1,216 +1,214 @@
-//! Any scene: several stones, nested and touching, non-convex, metals. A path is a tree; an explicit stack
-//! goes on with the stronger child and keeps the other.
+//! Any scene: several stones, nested and touching, non-convex, metals. A path is a tree.
+
+mod interface;
+mod packet;
 
 use crate::{
-    account::Account,
-    direction::{reflected, refracted},
+    account::Ledger,
+    block::Block,
+    incidence::{Flux, Mean, Polarized},
     light::Light,
-    line::{Line, Medium},
-    schedule::Work,
+    planes::{Planes, adjacent},
+    schedule::{Finished, TileTracer},
     surface::{Crossing, Surfaces},
-    throughput::Throughput,
-    tracer::Scratch,
 };
+use accel::lanes::{Lanes, WIDTH};
+use accel::{Instructions, Task};
 use glam::Vec3;
+use packet::Walk;
 use spectral_core::{
-    fresnel::{Fresnel, conductor, dielectric},
-    prepare::{Nest, PreparedScene},
-    settings::{Leftover, RenderSettings},
+    film::Tile,
+    prepare::{FacetPlane, Nest, PreparedScene, PreparedStone, Rank},
+    scene::Background,
+    settings::{Leftover, RenderSettings, pixel_offset},
 };
-use std::sync::atomic::Ordering;
-
-/// Air, and the world beyond the stones.
-const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0 };
-
-/// A ray on its way.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Ray<P> {
-    pub origin: Vec3,
-    pub direction: Vec3,
-    pub throughput: P,
-    /// The stones it is in.
-    pub nest: Nest,
-    /// Surface events so far.
-    pub depth: u32,
-}
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The rules of transport over the scene's surfaces.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    pub surfaces: Surfaces,
+    surfaces: Surfaces,
+    /// By rank: the planes of the convex stones that nothing else comes near.
+    alone: Vec<Option<Planes>>,
+    /// By rank: a sphere about each stone, centre and squared radius, where there are few stones.
+    spheres: Vec<(Vec3, f32)>,
     max_depth: u32,
     threshold: f32,
     leftover: Leftover,
+    instructions: Instructions,
 }
 
-/// One wavelength's walk through the tree.
-struct Walk<'a, P> {
-    tree: &'a Tree,
-    line: &'a Line,
-    light: &'a Light,
-    account: &'a mut Account,
-    stack: &'a mut Vec<Ray<P>>,
-    sum: f32,
+/// A camera ray's first crossing, if it has one.
+#[derive(Debug, Clone, Copy)]
+struct Arrival {
+    origin: Vec3,
+    direction: Vec3,
+    crossing: Option<Crossing>,
+    /// The light behind the stones, for a ray that meets none.
+    colour: [f32; 3],
 }
+
+/// A tree with its light.
+pub(crate) struct TreeTracer<'a> {
+    pub tree: &'a Tree,
+    pub scene: &'a PreparedScene,
+    pub light: &'a Light,
+}
+
+/// A tile's paths, for any instruction set.
+struct Paths<'a> {
+    tracer: &'a TreeTracer<'a>,
+    /// The samples of each pixel in turn.
+    arrivals: &'a [Arrival],
+    /// Samples a pixel.
+    samples: usize,
+    blocks: &'a [Block],
+    radiances: &'a mut [f32],
+    ledger: &'a mut Ledger,
+    stop: &'a AtomicBool,
+}
+
+/// Of more stones than this, spheres are not looked at one by one.
+const FEW: usize = 16;
 
 impl Tree {
-    pub fn new(scene: &PreparedScene, surfaces: Surfaces) -> Self {
+    pub fn new(scene: &PreparedScene, surfaces: Surfaces, instructions: Instructions) -> Self {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
-        Tree { surfaces, max_depth, threshold: threshold as f32, leftover }
-    }
-
-    /// Radiance towards the eye along a ray whose first crossing is known: it is the same for every
-    /// wavelength.
-    pub fn radiance<P: Throughput<f32>>(
-        &self,
-        ray: Ray<P>,
-        first: &Crossing,
-        line: &Line,
-        light: &Light,
-        work: &mut Work<'_, Scratch<P>>,
-    ) -> f32 {
-        let Work { account, scratch: Scratch { stack, .. }, stop } = work;
-        stack.clear();
-        let mut walk = Walk { tree: self, line, light, account, stack, sum: 0.0 };
-        let mut next = walk.arrive(ray, first);
-        while let Some(ray) = next.or_else(|| walk.stack.pop()) {
-            // A tree can be vast: breaking off must not wait for the pixel.
-            if stop.load(Ordering::Relaxed) {
-                break;
-            }
-            next = walk.go_on(ray);
-        }
-        walk.sum
-    }
-}
-
-impl<P: Throughput<f32>> Walk<'_, P> {
-    /// Follows a ray to its next surface; returns the child to go on with.
-    fn go_on(&mut self, ray: Ray<P>) -> Option<Ray<P>> {
-        match self.tree.surfaces.next(ray.origin, ray.direction, ray.nest) {
-            Some(crossing) => self.arrive(ray, &crossing),
-            None => {
-                self.account.rays += 1;
-                if !ray.nest.is_empty() {
-                    self.account.lost += f64::from(ray.throughput.intensity());
-                }
-                self.leave(ray.throughput, ray.direction);
-                None
-            }
-        }
-    }
-
-    /// A surface event: fades the ray, splits it, stacks the weaker child and returns the stronger.
-    fn arrive(&mut self, mut ray: Ray<P>, crossing: &Crossing) -> Option<Ray<P>> {
-        let (here, beyond) = (self.medium(crossing.before), self.medium(crossing.after));
-        self.account.rays += 1;
-        if here.absorption > 0.0 {
-            ray.throughput = ray.throughput.scaled((-here.absorption * crossing.distance).exp());
-        }
-        // Inside a metal nothing travels.
-        if here.k > 0.0 {
-            return None;
-        }
-        let intensity = ray.throughput.intensity();
-        if ray.depth == self.tree.max_depth {
-            self.at_limit(&ray, crossing, here, beyond);
-            return None;
-        }
-        if crossing.before.is_empty() && intensity < self.tree.threshold {
-            self.account.dropped_threshold += f64::from(intensity);
-            return None;
-        }
-        let (mirrored, through) = self.split(&ray, crossing, here, beyond);
-        match (self.worthwhile(Some(mirrored)), self.worthwhile(through)) {
-            (Some(a), Some(b)) => {
-                let weaker_first = b.throughput.intensity() > a.throughput.intensity();
-                let (strong, weak) = if weaker_first { (b, a) } else { (a, b) };
-                self.stack.push(weak);
-                Some(strong)
-            }
-            (a, b) => a.or(b),
-        }
-    }
-
-    /// The two children of an event; the second is absent under total reflection and at metals.
-    fn split(
-        &self,
-        ray: &Ray<P>,
-        crossing: &Crossing,
-        here: Medium,
-        beyond: Medium,
-    ) -> (Ray<P>, Option<Ray<P>>) {
-        let (event, cos_i) = interface(ray.direction, crossing.normal, here, beyond);
-        let [back, on] = ray.throughput.split(ray.direction.to_array(), crossing.normal.to_array(), &event);
-        let origin = ray.origin + ray.direction * crossing.distance;
-        let depth = ray.depth + 1;
-        let direction = reflected(ray.direction, crossing.normal);
-        let mirrored = Ray { origin, direction, throughput: back, nest: crossing.before, depth };
-        if event.tir || beyond.k > 0.0 {
-            return (mirrored, None);
-        }
-        let direction = refracted(ray.direction, crossing.normal, cos_i, event.cos_t, here.n / beyond.n);
-        (mirrored, Some(Ray { origin, direction, throughput: on, nest: crossing.after, depth }))
-    }
-
-    /// The ray itself if it goes on: inside a stone only above the threshold, and never with nothing.
-    fn worthwhile(&mut self, ray: Option<Ray<P>>) -> Option<Ray<P>> {
-        let ray = ray?;
-        let intensity = ray.throughput.intensity();
-        if intensity <= 0.0 {
-            return None;
-        }
-        if intensity < self.tree.threshold && !ray.nest.is_empty() {
-            self.account.dropped_threshold += f64::from(intensity);
-            return None;
-        }
-        Some(ray)
-    }
-
-    /// What becomes of a ray that would make one event too many.
-    fn at_limit(&mut self, ray: &Ray<P>, crossing: &Crossing, here: Medium, beyond: Medium) {
-        let left = ray.throughput.intensity();
-        if self.tree.leftover == Leftover::Drop {
-            self.account.dropped_depth += f64::from(left);
-            return;
-        }
-        if beyond.k > 0.0 {
-            // A metal lets nothing through: the rest leaves as the metal reflects it.
-            let (event, _) = interface(ray.direction, crossing.normal, here, beyond);
-            let normal = crossing.normal.to_array();
-            let [back, _] = ray.throughput.split(ray.direction.to_array(), normal, &event);
-            self.account.left_at_limit += f64::from(back.intensity());
-            self.leave(back, reflected(ray.direction, crossing.normal));
-            return;
-        }
-        self.account.left_at_limit += f64::from(left);
-        let (event, cos_i) = interface(ray.direction, crossing.normal, here, AIR);
-        let straight = event.tir || crossing.before.is_empty();
-        let direction = if straight {
-            ray.direction
-        } else {
-            refracted(ray.direction, crossing.normal, cos_i, event.cos_t, here.n)
+        let geometry = &scene.geometry;
+        let around = adjacent(geometry);
+        let margin = geometry.rounding().margin;
+        let planes = |stone: &PreparedStone| {
+            let range = stone.facets.start as usize..stone.facets.end as usize;
+            let own = |list: &Vec<usize>| list.iter().map(|j| j - range.start).collect();
+            let around: Vec<Vec<usize>> = around[range.clone()].iter().map(own).collect();
+            Planes::new(&geometry.facets[range], &around, margin)
         };
-        self.leave(ray.throughput, direction);
+        let by_rank = || geometry.stone_of_rank.iter().map(|&index| &geometry.stones[index as usize]);
+        let alone = by_rank().map(|stone| is_alone(stone, scene).then(|| planes(stone))).collect();
+        let few = geometry.stones.len() <= FEW;
+        let spheres = if few { by_rank().map(sphere).collect() } else { Vec::new() };
+        let threshold = threshold as f32;
+        Tree { surfaces, alone, spheres, max_depth, threshold, leftover, instructions }
     }
 
-    fn leave(&mut self, throughput: P, direction: Vec3) {
-        self.sum += self.light.radiance(direction, self.line) * throughput.intensity();
-    }
-
-    fn medium(&self, nest: Nest) -> Medium {
-        nest.top().map_or(AIR, |rank| self.line.media[self.tree.surfaces.material(rank)])
+    /// The planes of the stone that rays with this nest are in, if nothing else can be met there.
+    #[inline]
+    fn planes(&self, nest: Nest) -> Option<(Rank, &Planes)> {
+        let rank = nest.top()?;
+        let planes = self.alone[rank as usize].as_ref()?;
+        (nest == Nest::default().toggled(rank)).then_some((rank, planes))
     }
 }
 
-/// Fresnel's energies at an interface, and the cosine of incidence.
-#[inline]
-fn interface(direction: Vec3, normal: Vec3, here: Medium, beyond: Medium) -> (Fresnel<f32>, f32) {
-    let cos_i = -normal.dot(direction);
-    let event = if beyond.k > 0.0 {
-        conductor(cos_i, here.n, beyond.n, beyond.k)
-    } else {
-        dielectric(cos_i, here.n / beyond.n)
+/// Whether a stone is convex, transparent, and apart from all others: by their boxes, or by one of its facets'
+/// planes.
+fn is_alone(stone: &PreparedStone, scene: &PreparedScene) -> bool {
+    let geometry = &scene.geometry;
+    let gap = 2.0 * f64::from(geometry.rounding().contact.max(geometry.rounding().margin));
+    let facets = &geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
+    let beyond = |other: &PreparedStone, facet: &FacetPlane| {
+        let triangles = &geometry.triangles[other.triangles.start as usize..other.triangles.end as usize];
+        let corners = triangles.iter().flatten().map(|&corner| geometry.positions[corner as usize]);
+        corners.into_iter().all(|corner| facet.normal.dot(corner) > facet.offset + gap)
     };
-    (event, cos_i)
+    let apart = |other: &PreparedStone| {
+        std::ptr::eq(stone, other)
+            || (stone.low - gap).cmpgt(other.high).any()
+            || (stone.high + gap).cmplt(other.low).any()
+            || facets.iter().any(|facet| beyond(other, facet))
+    };
+    stone.convex && !stone.conductor && geometry.stones.iter().all(apart)
+}
+
+/// A sphere about a stone's box, a little larger than rounding needs.
+fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
+    let radius = (stone.high - stone.low).length() / 2.0 * 1.001;
+    (((stone.low + stone.high) / 2.0).as_vec3(), (radius * radius) as f32)
+}
+
+impl TileTracer for TreeTracer<'_> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+        let blocks = Block::all(samples.clone().map(|sample| self.scene.table(sample)));
+        let arrivals = self.arrivals(tile, &samples);
+        let mut radiances = vec![0.0; arrivals.len() * self.scene.wavelength_count()];
+        let mut ledger = Ledger::default();
+        ledger.start(radiances.len());
+        let finished = self.tree.instructions.run(Paths {
+            tracer: self,
+            arrivals: &arrivals,
+            samples: samples.len(),
+            blocks: &blocks,
+            radiances: &mut radiances,
+            ledger: &mut ledger,
+            stop,
+        });
+        let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.crossing.is_some()).collect();
+        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
+    }
+}
+
+impl TreeTracer<'_> {
+    fn arrivals(&self, tile: Tile, samples: &Range<u32>) -> Vec<Arrival> {
+        let mut arrivals = Vec::new();
+        for y in tile.y..tile.y + tile.height {
+            for x in tile.x..tile.x + tile.width {
+                for sample in samples.clone() {
+                    let [dx, dy] = pixel_offset(sample, self.scene.settings.samples);
+                    arrivals.push(self.arrival([f64::from(x) + dx, f64::from(y) + dy]));
+                }
+            }
+        }
+        arrivals
+    }
+
+    fn arrival(&self, at: [f64; 2]) -> Arrival {
+        let scene = self.scene;
+        let ray = scene.view.ray(at[0], at[1]);
+        let direction = ray.direction.as_vec3();
+        let start = scene.geometry.approach(&ray).map(|start| start.as_vec3());
+        let origin = start.unwrap_or_default();
+        let crossing = start.and_then(|origin| self.tree.surfaces.next(origin, direction, scene.eye_nest));
+        let mut colour = [0.0; 3];
+        if crossing.is_none() && scene.background != Background::Transparent {
+            // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
+            colour = scene.environment.rgb(ray.direction).map(|c| c as f32);
+        }
+        Arrival { origin, direction, crossing, colour }
+    }
+}
+
+impl Task for Paths<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) -> bool {
+        if self.tracer.scene.settings.polarized {
+            self.follow::<V, Polarized<V>>()
+        } else {
+            self.follow::<V, Mean<V>>()
+        }
+    }
+}
+
+impl Paths<'_> {
+    /// Follows all paths; false if broken off.
+    #[inline(always)]
+    fn follow<V: Lanes, F: Flux<V>>(self) -> bool {
+        let TreeTracer { tree, scene, light } = self.tracer;
+        let behind = scene.background != Background::Transparent;
+        let lines = scene.wavelength_count() * self.samples;
+        let mut walk = Walk::<V, F>::new(tree, light, self.ledger, self.stop);
+        for (pixel, arrivals) in self.arrivals.chunks_exact(self.samples).enumerate() {
+            for (b, block) in self.blocks.iter().enumerate() {
+                let radiances = walk.radiance(block, arrivals, behind).stored();
+                let lanes = block.lanes.count_ones() as usize;
+                self.radiances[pixel * lines + b * WIDTH..][..lanes].copy_from_slice(&radiances.0[..lanes]);
+            }
+            if self.stop.load(Ordering::Relaxed) {
+                return false;
+            }
+        }
+        true
+    }
 }

@@ -11,9 +11,12 @@ use crate::{Error, Warning};
 
 mod convexity;
 mod facet;
+mod placement;
 mod polygon;
 mod topology;
 mod weld;
+
+pub(crate) use placement::Placement;
 
 /// An oriented plane `normal · x = offset`; the solid lies where `normal · x <= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -72,12 +75,6 @@ impl Plane {
     #[inline]
     pub fn distance(&self, point: DVec3) -> f64 {
         self.normal.dot(point) - self.offset
-    }
-
-    /// The plane after `x -> scale · rotation · x + translation`.
-    fn transformed(&self, rotation: DMat3, scale: f64, translation: DVec3) -> Self {
-        let normal = (rotation * self.normal).normalize();
-        Plane { normal, offset: scale * self.offset + normal.dot(translation) }
     }
 }
 
@@ -180,7 +177,7 @@ impl Mesh {
         options.check()?;
         weld::check_input(&positions, &triangles)?;
         let mut warnings = Vec::new();
-        let surface = weld::close(&positions, &triangles, options.weld, &mut warnings)?;
+        let surface = weld::close(positions, triangles, options.weld, &mut warnings)?;
         let grouped = facet::group(&surface, options);
         let mut mesh = Mesh {
             positions: surface.positions,
@@ -276,40 +273,22 @@ impl Mesh {
     /// # Ok::<(), spectral_core::Error>(())
     /// ```
     pub fn transformed(&self, rotation: DMat3, scale: f64, translation: DVec3) -> Result<Mesh, Error> {
-        if !(scale > 0.0 && scale.is_finite()) {
-            return Err(Error::value("scale", scale, "give a positive figure"));
-        }
-        let excess = rotation * rotation.transpose() - DMat3::IDENTITY;
-        let error = excess.to_cols_array().iter().fold(0.0_f64, |most, e| most.max(e.abs()));
-        if !(rotation.is_finite() && error < 1e-9 && rotation.determinant() > 0.0) {
-            return Err(Error::value(
-                "rotation",
-                rotation,
-                "give a rotation matrix: orthonormal, determinant +1",
-            ));
-        }
-        if !translation.is_finite() {
-            return Err(Error::value("translation", translation, "give finite figures"));
-        }
+        let placement = Placement::new(rotation, scale, translation)?;
+        placement.check(self)?;
         let mut mesh = self.clone();
-        for p in &mut mesh.positions {
-            *p = scale * (rotation * *p) + translation;
-        }
-        let beyond = |p: &DVec3| !p.is_finite() || p.abs().max_element() > weld::LARGEST;
-        if let Some(k) = mesh.positions.iter().position(beyond) {
-            return Err(Error::value(format!("vertex {k} after scaling"), mesh.positions[k], weld::RANGE));
-        }
-        for facet in &mut mesh.facets {
-            facet.plane = facet.plane.transformed(rotation, scale, translation);
-        }
+        mesh.positions.iter_mut().for_each(|p| *p = placement.point(*p));
+        mesh.facets.iter_mut().for_each(|facet| facet.plane = placement.plane(&facet.plane));
         Ok(mesh)
     }
 }
 
 /// Least and greatest corner of the box around `points`; zero for none.
 fn bounds(points: &[DVec3]) -> (DVec3, DVec3) {
-    let first = points.first().copied().unwrap_or_default();
-    points.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)))
+    bounds_of(points.iter().copied())
+}
+
+fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
+    points.map(|p| (p, p)).reduce(|(low, high), (p, _)| (low.min(p), high.max(p))).unwrap_or_default()
 }
 
 /// Twice the area of a triangle along its normal.
@@ -321,12 +300,16 @@ fn cross(positions: &[DVec3], triangle: &[u32; 3]) -> DVec3 {
 /// Sum of the signed tetrahedra between the triangles and the middle of the bounding box: a nearer apex than the origin
 /// keeps the digits of a mesh that lies far away.
 fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
-    let (low, high) = bounds(positions);
+    volume_about(bounds(positions), triangles, |v| positions[v as usize])
+}
+
+/// The same for vertices at `position`, with the bounding box in hand.
+fn volume_about((low, high): (DVec3, DVec3), triangles: &[[u32; 3]], position: impl Fn(u32) -> DVec3) -> f64 {
     let middle = 0.5 * (low + high);
     let six: f64 = triangles
         .iter()
         .map(|t| {
-            let [a, b, c] = t.map(|v| positions[v as usize] - middle);
+            let [a, b, c] = t.map(|v| position(v) - middle);
             a.dot(b.cross(c))
         })
         .sum();

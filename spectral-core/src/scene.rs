@@ -1,7 +1,13 @@
 //! What is to be rendered, as a person describes it; [`PreparedScene`](crate::prepare::PreparedScene) is
 //! what backends render.
 
-use crate::{Error, camera::Camera, environment::Environment, material::Material, mesh::Mesh};
+use crate::{
+    Error,
+    camera::{Camera, Projection},
+    environment::{Environment, LatLong},
+    material::Material,
+    mesh::{Mesh, Placement},
+};
 use glam::{DMat3, DVec3};
 use std::sync::Arc;
 
@@ -55,6 +61,27 @@ impl Stone {
     /// # Errors
     /// [`Error::Value`] for a width, rotation or position that is not usable.
     pub fn placed(&self) -> Result<Mesh, Error> {
+        let (rotation, scale, position) = self.place()?;
+        self.mesh.transformed(rotation, scale, position)
+    }
+
+    /// Whether [`placed`](Self::placed) would give a mesh, without making one.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn check_place(&self) -> Result<(), Error> {
+        self.placement().map(drop)
+    }
+
+    /// How the mesh is placed, which keeps it within the range of coordinates.
+    pub(crate) fn placement(&self) -> Result<Placement, Error> {
+        let (rotation, scale, position) = self.place()?;
+        let placement = Placement::new(rotation, scale, position)?;
+        placement.check(&self.mesh).map(|()| placement)
+    }
+
+    /// Rotation, scale and translation.
+    fn place(&self) -> Result<(DMat3, f64, DVec3), Error> {
         let field = |key: &str| format!("{}: {key}", self.name);
         for (key, v) in [("rotation", self.rotation), ("position", self.position)] {
             if !v.is_finite() || v.abs().max_element() > 1e9 {
@@ -65,7 +92,7 @@ impl Stone {
         let rotation = DMat3::from_rotation_z(angles.z)
             * DMat3::from_rotation_y(angles.y)
             * DMat3::from_rotation_x(angles.x);
-        self.mesh.transformed(rotation, self.scale()?, self.position)
+        Ok((rotation, self.scale()?, self.position))
     }
 
     fn scale(&self) -> Result<f64, Error> {
@@ -94,4 +121,40 @@ pub struct Scene {
     pub environment: Environment,
     /// What stands in it; none is allowed and shows the environment alone.
     pub stones: Vec<Stone>,
+}
+
+impl Scene {
+    /// Stones of a few carats as a jeweller looks at them: from 30 mm above and a little to the side, in the
+    /// built-in studio, 256 × 256 pixels.
+    ///
+    /// Every field can be changed afterwards.
+    ///
+    /// ```
+    /// use spectral_core::{material::Catalogue, scene::{Scene, Stone}, shape::ShapeSpec};
+    /// use spectral_core::{prepare::PreparedScene, settings::RenderSettings};
+    /// use std::sync::Arc;
+    /// let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
+    /// let diamond = Catalogue::builtin().get("diamond")?.clone();
+    /// let mut stone = Stone::new("the diamond", Arc::new(mesh), Arc::new(diamond));
+    /// stone.width = Some(6.5);
+    /// let scene = Scene { width: 32, height: 32, ..Scene::in_studio(vec![stone]) };
+    /// let prepared = PreparedScene::new(&scene, &RenderSettings::default())?;
+    /// assert!(prepared.lone_convex_stone().is_some());
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn in_studio(stones: Vec<Stone>) -> Self {
+        Scene {
+            camera: Camera {
+                position: DVec3::new(3.0, -11.0, 28.0),
+                look_at: DVec3::ZERO,
+                up: DVec3::Z,
+                projection: Projection::Perspective { fov: 14.0 },
+            },
+            width: 256,
+            height: 256,
+            background: Background::Environment,
+            environment: Environment::image(LatLong::studio()),
+            stones,
+        }
+    }
 }

@@ -1,6 +1,6 @@
 //! The same bits, however the work is divided.
 
-use backend_cpu::{CPU, Instructions, REFERENCE};
+use backend_cpu::{CPU, Instructions, REFERENCE, cpu_in};
 use gemtrace_tests::{
     render::{Picture, render_with},
     scene::{eye, gem, material, scene, settings, with_speck},
@@ -69,7 +69,7 @@ fn in_any_instruction_set() {
             let settings = RenderSettings { polarized, wavelengths: grid, ..quick() };
             let picture = |set: Instructions| {
                 let whole = std::slice::from_ref(&(0..8));
-                render_with(&set.backend(), &ruby(), &settings, &OpenOptions::default(), whole)
+                render_with(&cpu_in(set), &ruby(), &settings, &OpenOptions::default(), whole)
             };
             let portable = picture(Instructions::Portable);
             for set in Instructions::ALL.into_iter().filter(|set| set.available()) {

@@ -4,17 +4,15 @@
 //! makes each reflection together, phase by phase: exits, then Fresnel and the aim of what leaves, then its light;
 //! packets are independent, so the processor overlaps one's arithmetic with another's memory.
 
-use super::{
-    Chain,
-    block::Block,
-    incidence::{Flux, Incidence},
-    texel::Aim,
-};
+use super::Chain;
 use crate::{
     account::{Fate, Ledger},
-    lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2},
+    block::Block,
+    incidence::{Flux, Incidence},
     light::Light,
+    texel::Aim,
 };
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put};
 use spectral_core::settings::Leftover;
 
 /// Packets that go together.
@@ -100,7 +98,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let seen = lines.expand(colours);
         let covered = V::Mask::from_bits(gathered.lanes);
         let background = if behind { seen } else { V::splat(0.0) };
-        let [inverse, inverse2, one_less] = &lines.inverse;
+        let [inverse, inverse2, one_less] = &lines.media[self.chain.material].inverse;
         let cosine = V::load(&gathered.cosine);
         let at = Incidence::new(cosine, V::load(inverse), V::load(inverse2), V::load(one_less));
         let [mirrored, mean, half] = at.shares();
@@ -160,14 +158,14 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     #[inline(always)]
     fn advance(&mut self, k: usize) -> (Triple<V>, Incidence<V>) {
         let packet = &mut self.packets[k];
-        let block = &self.blocks[packet.block];
+        let medium = &self.blocks[packet.block].media[self.chain.material];
         let planes = &self.chain.planes;
         let exit = planes.exits(packet.origin, packet.direction, packet.alive, &mut self.guess);
         packet.origin = exit.point;
-        if block.absorbs {
-            packet.flux = packet.flux.scaled(exp2(-(V::load(&block.fade) * exit.distance)));
+        if medium.absorbs {
+            packet.flux = packet.flux.scaled(exp2(-(V::load(&medium.fade) * exit.distance)));
         }
-        let [n, n2, one_less_n2] = &block.index;
+        let [n, n2, one_less_n2] = &medium.index;
         let at = Incidence::new(exit.cosine, V::load(n), V::load(n2), V::load(one_less_n2));
         (exit.normal, at)
     }
@@ -205,7 +203,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     fn surviving(&mut self, lanes: u16, intensity: V) -> u16 {
         let faint = intensity.lt(V::splat(self.chain.threshold)).bits() & lanes;
         if faint != 0 {
-            self.ledger.add(Fate::DroppedThreshold, &each(intensity, faint));
+            self.ledger.add(Fate::DroppedThreshold, &intensity.only(faint));
         }
         lanes & !faint
     }
@@ -220,11 +218,11 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             let left = packet.flux.intensity();
             self.ledger.count(u64::from(lanes.count_ones()));
             if self.chain.leftover == Leftover::Drop {
-                self.ledger.add(Fate::DroppedDepth, &each(left, lanes));
+                self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
                 self.outgoing[k].lanes = 0;
                 continue;
             }
-            self.ledger.add(Fate::LeftAtLimit, &each(left, lanes));
+            self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
             let out = at.refracted(packet.direction, normal);
             let out = Triple::select(at.total, packet.direction, out);
             self.outgoing[k] = Outgoing { aim: Aim::new(self.light, out), intensity: left, lanes };
@@ -242,14 +240,6 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let lanes = self.blocks[packet.block].lanes.count_ones() as usize;
         self.radiances[packet.place..packet.place + lanes].copy_from_slice(&row.0[..lanes]);
     }
-}
-
-/// The numbers of some lanes; 0 in the others.
-#[inline(always)]
-fn each<V: Lanes>(values: V, lanes: u16) -> [f32; WIDTH] {
-    let mut row = Row::default();
-    V::select(V::Mask::from_bits(lanes), values, V::splat(0.0)).store(&mut row);
-    row.0
 }
 
 /// Arrivals, a lane each.
@@ -284,13 +274,5 @@ impl Gathered {
         }
         all.lanes &= block.lanes;
         all
-    }
-}
-
-/// Puts a vector into a lane.
-#[inline(always)]
-pub(super) fn put(rows: &mut [Row; 3], lane: usize, vector: [f32; 3]) {
-    for (row, coordinate) in rows.iter_mut().zip(vector) {
-        row.0[lane] = coordinate;
     }
 }

@@ -1,4 +1,5 @@
-use super::{incidence::Incidence, *};
+use super::*;
+use crate::incidence::Incidence;
 use glam::DVec3;
 use spectral_core::{
     camera::{Camera, Projection},
@@ -72,8 +73,8 @@ fn what_a_ray_meets_depends_neither_on_the_guess_nor_on_its_neighbours() {
                 let corner = geometry.positions[(round * WIDTH + lane) % geometry.positions.len()];
                 let aim = DVec3::from([noise(), noise(), noise()].map(f64::from));
                 let direction = if lane % 4 == 0 { corner - origin + aim * 1e-6 } else { aim };
-                packet::put(&mut rows[0], lane, origin.as_vec3().to_array());
-                packet::put(&mut rows[1], lane, direction.normalize().as_vec3().to_array());
+                put(&mut rows[0], lane, origin.as_vec3().to_array());
+                put(&mut rows[1], lane, direction.normalize().as_vec3().to_array());
             }
             let count = geometry.facets.len();
             let results = chain.instructions.run(Guesses(&chain, rows, count));

@@ -65,9 +65,11 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let start = Instant::now();
     let targets = targets(args)?;
     let choice = registry::choose(&args.backend, args.device)?;
-    let loaded = load(args)?;
+    let mut loaded = load(args)?;
     targets.iter().try_for_each(Target::check)?;
     let scene = Arc::new(prepare(args, &loaded)?);
+    // Prepared, it is not needed any more, and meshes are large.
+    loaded.scene.stones = Vec::new();
     let mut warnings: Vec<String> =
         loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
     warnings.extend(space_remarks(args.space, &targets));

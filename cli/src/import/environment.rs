@@ -4,7 +4,8 @@ mod openexr;
 
 use super::{about, blame, gibibytes};
 use crate::Error;
-use image::{DynamicImage, ImageFormat, ImageReader};
+use image::codecs::hdr::HdrDecoder;
+use image::{ImageDecoder, ImageFormat, ImageReader};
 use spectral_core::Warning;
 use spectral_core::color::srgb_decode;
 use spectral_core::environment::LatLong;
@@ -15,6 +16,8 @@ use std::path::Path;
 const LARGE_BYTES: u128 = 256 << 20;
 /// More texels a byte than any photograph compresses to, whatever the method.
 const MAX_TEXELS_PER_BYTE: u64 = 4096;
+/// Rows of a PNG that are turned into texels at a time.
+const BAND: u32 = 64;
 
 /// A lat-long image from the bytes of the file `path`, as linear sRGB. PNG values are decoded by the sRGB
 /// curve; alpha is ignored.
@@ -22,7 +25,8 @@ const MAX_TEXELS_PER_BYTE: u64 = 4096;
 /// # Errors
 /// [`Error::File`] for a format that is not known, a file that is not complete, EXR channels that are
 /// neither R, G, B nor Y (naming those found), and sizes beyond [`LatLong::MAX_TEXELS`].
-pub fn read(path: &Path, bytes: &[u8]) -> Result<(LatLong, Vec<Warning>), Error> {
+pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(LatLong, Vec<Warning>), Error> {
+    let bytes = bytes.as_ref();
     let decoded = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         openexr::read(bytes)
     } else if bytes.starts_with(b"\x89PNG") {
@@ -73,27 +77,35 @@ fn check_size(width: usize, height: usize, file: usize) -> Result<[u32; 2], Stri
     Ok([w, h])
 }
 
-fn picture(bytes: &[u8], format: ImageFormat) -> Result<([u32; 2], DynamicImage), String> {
-    let incomplete = |e: image::ImageError| format!("not a complete image: {e}");
-    let reader = || ImageReader::with_format(Cursor::new(bytes), format);
-    let (width, height) = reader().into_dimensions().map_err(incomplete)?;
-    let size = check_size(width as usize, height as usize, bytes.len())?;
-    let mut reader = reader();
-    reader.no_limits();
-    Ok((size, reader.decode().map_err(incomplete)?))
+fn incomplete(error: image::ImageError) -> String {
+    format!("not a complete image: {error}")
 }
 
+/// Decoded into the texels themselves.
 fn hdr(bytes: &[u8]) -> Result<Decoded, String> {
-    let (size, image) = picture(bytes, ImageFormat::Hdr)?;
-    let texels = image.into_rgb32f().pixels().map(|p| p.0).collect();
+    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(incomplete)?;
+    let (width, height) = decoder.dimensions();
+    let size = check_size(width as usize, height as usize, bytes.len())?;
+    let mut texels = vec![[0.0_f32; 3]; width as usize * height as usize];
+    decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(incomplete)?;
     Ok(Decoded { size, texels, warnings: Vec::new() })
 }
 
 fn png(bytes: &[u8]) -> Result<Decoded, String> {
-    let (size, image) = picture(bytes, ImageFormat::Png)?;
+    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    let (width, height) = reader().into_dimensions().map_err(incomplete)?;
+    let size = check_size(width as usize, height as usize, bytes.len())?;
+    let mut reader = reader();
+    reader.no_limits();
+    let image = reader.decode().map_err(incomplete)?;
     let transparent = image.color().has_alpha();
     let linear = |v: f32| srgb_decode(f64::from(v)) as f32;
-    let texels = image.into_rgb32f().pixels().map(|p| p.0.map(linear)).collect();
+    let mut texels = Vec::with_capacity(width as usize * height as usize);
+    // In bands: the whole picture as numbers would be there twice.
+    for top in (0..height).step_by(BAND as usize) {
+        let band = image.crop_imm(0, top, width, BAND.min(height - top)).into_rgb32f();
+        texels.extend(band.pixels().map(|p| p.0.map(linear)));
+    }
     let warnings = if transparent { vec![Warning::new("its alpha channel is ignored")] } else { Vec::new() };
     Ok(Decoded { size, texels, warnings })
 }

@@ -37,12 +37,13 @@ impl Format {
     }
 }
 
-/// A closed mesh from the bytes of the file `path`, in the file's own units and frame.
+/// A closed mesh from the bytes of the file `path`, in the file's own units and frame. The bytes are dropped as soon as
+/// they are parsed: a large file would weigh as much as the mesh.
 ///
 /// # Errors
 /// [`Error::File`] for a format that is not known, a file that is not complete, vertices that are not
 /// finite, and surfaces that bound no solid.
-pub fn read(path: &Path, bytes: &[u8]) -> Result<(Mesh, Vec<Warning>), Error> {
+pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(Mesh, Vec<Warning>), Error> {
     let format = Format::of(path).ok_or_else(|| {
         Error::file(
             path,
@@ -50,10 +51,11 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<(Mesh, Vec<Warning>), Error> {
         )
     })?;
     let soup = match format {
-        Format::Obj => obj::read(bytes),
-        Format::Stl => stl::read(bytes),
-        Format::Ply => ply::read(bytes),
+        Format::Obj => obj::read(bytes.as_ref()),
+        Format::Stl => stl::read(bytes.as_ref()),
+        Format::Ply => ply::read(bytes.as_ref()),
     };
+    drop(bytes);
     let soup = soup.map_err(|message| Error::file(path, message))?;
     let (mesh, warnings) =
         Mesh::from_triangles(soup.positions, soup.triangles, &MeshOptions::default()).map_err(blame(path))?;

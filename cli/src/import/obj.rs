@@ -10,29 +10,36 @@ use glam::DVec3;
 /// The triangles of an OBJ file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let text = String::from_utf8_lossy(bytes);
-    let mut positions = Vec::new();
-    let mut faces = Vec::new();
+    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    // From the first face on that names a vertex which is still to come: those are triangulated in the end, so that
+    // triangles stay in the order of the file.
+    let mut later = Vec::new();
     for (number, line) in records(&text) {
         let at = |message: String| format!("line {number}: {message}");
         let mut words = line.split_whitespace();
         match words.next() {
-            Some("v") => positions.push(vertex(words).map_err(at)?),
-            Some("f") => faces.push((number, face(words, positions.len()).map_err(at)?)),
+            Some("v") => soup.positions.push(vertex(words).map_err(at)?),
+            Some("f") => {
+                let corners = face(words, soup.positions.len()).map_err(at)?;
+                if later.is_empty() && corners.iter().all(|c| (*c as usize) < soup.positions.len()) {
+                    polygon::triangulate(&soup.positions, &corners, &mut soup.triangles).map_err(at)?;
+                } else {
+                    later.push((number, corners));
+                }
+            }
             // Texture and shading vertices, groups, materials, lines, points and smoothing bound nothing.
             _ => {}
         }
     }
-    let mut triangles = Vec::new();
-    for (number, corners) in faces {
-        // A face may name vertices that only follow it.
-        if let Some(missing) = corners.iter().find(|c| **c as usize >= positions.len()) {
-            let (missing, count) = (u64::from(*missing) + 1, positions.len());
+    for (number, corners) in later {
+        if let Some(missing) = corners.iter().find(|c| **c as usize >= soup.positions.len()) {
+            let (missing, count) = (u64::from(*missing) + 1, soup.positions.len());
             return Err(format!("line {number}: vertex {missing} is not there; the file has {count}"));
         }
-        polygon::triangulate(&positions, &corners, &mut triangles)
+        polygon::triangulate(&soup.positions, &corners, &mut soup.triangles)
             .map_err(|m| format!("line {number}: {m}"))?;
     }
-    Ok(Soup { positions, triangles })
+    Ok(soup)
 }
 
 /// Lines with their 1-based numbers, comments dropped and those that end in a backslash joined.

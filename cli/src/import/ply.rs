@@ -3,48 +3,122 @@
 use super::mesh::Soup;
 use super::polygon;
 use glam::DVec3;
-use ply_rs_bw::parser::{Parser, Reader};
-use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAccessResult};
-use std::io::Cursor;
+use ply_rs_bw::parser::{ParseError, Parser, Reader};
+use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
+use std::io::{BufRead, Cursor, ErrorKind};
 
 /// The triangles of a PLY file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let mut reader = Reader::new(Cursor::new(bytes));
     let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(complaint)?;
-    let (mut vertices, mut faces) = (Vec::new(), Vec::new());
-    for (name, element) in &header.elements {
-        check(element, bytes.len())?;
-        match name.as_str() {
-            "vertex" => vertices = elements::<Vertex>(&mut reader, element, &header)?,
-            "face" => faces = elements::<Face>(&mut reader, element, &header)?,
-            _ => drop(elements::<Skipped>(&mut reader, element, &header)?),
-        }
-    }
     if let Some(element) = header.elements.get("vertex")
         && let Some(axis) = ["x", "y", "z"].iter().find(|axis| !element.properties.contains_key(**axis))
     {
         return Err(format!("its vertices have no property '{axis}'"));
     }
-    let positions: Vec<DVec3> = vertices.iter().map(|v| DVec3::from_array(v.0)).collect();
-    let mut triangles = Vec::new();
-    for (number, face) in faces.iter().enumerate() {
-        triangles_of(&positions, &face.0, &mut triangles).map_err(|m| format!("face {number}: {m}"))?;
+    let mut payload = Payload { line: reader.line(), source: reader.into_inner(), encoding: header.encoding };
+    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    // Faces that come before their vertices.
+    let mut early = Vec::new();
+    let mut vertices_are_read = false;
+    for (name, element) in &header.elements {
+        check(element, bytes.len())?;
+        match name.as_str() {
+            "vertex" => {
+                payload.each(element, |_, Vertex(v)| {
+                    soup.positions.push(v.into());
+                    Ok(())
+                })?;
+                vertices_are_read = true;
+            }
+            "face" if vertices_are_read => payload.each(element, |number, Face(corners)| {
+                triangles_of(number, &soup.positions, &corners, &mut soup.triangles)
+            })?,
+            "face" => payload.each(element, |_, Face(corners)| {
+                early.push(corners);
+                Ok(())
+            })?,
+            _ => payload.each(element, |_, Skipped| Ok(()))?,
+        }
     }
-    Ok(Soup { positions, triangles })
+    for (number, corners) in early.iter().enumerate() {
+        triangles_of(number, &soup.positions, corners, &mut soup.triangles)?;
+    }
+    Ok(soup)
 }
 
-fn triangles_of(positions: &[DVec3], corners: &[i64], triangles: &mut Vec<[u32; 3]>) -> Result<(), String> {
+/// What follows the header.
+struct Payload<'a> {
+    source: Cursor<&'a [u8]>,
+    encoding: Encoding,
+    /// Of a text file the line that was read last, from 1.
+    line: usize,
+}
+
+impl Payload<'_> {
+    /// Hands the elements over one by one, with their numbers: a list of them would weigh several times the mesh.
+    fn each<E: PropertyAccess>(
+        &mut self,
+        element: &ElementDef,
+        mut take: impl FnMut(usize, E) -> Result<(), String>,
+    ) -> Result<(), String> {
+        let parser = Parser::<E>::new();
+        let mut text = String::new();
+        for number in 0..element.count {
+            let read = match self.encoding {
+                Encoding::BinaryBigEndian => parser.read_big_endian_element(&mut self.source, element),
+                Encoding::BinaryLittleEndian => parser.read_little_endian_element(&mut self.source, element),
+                Encoding::Ascii => {
+                    text.clear();
+                    self.line += 1;
+                    match self.source.read_line(&mut text) {
+                        Ok(0) => Err(std::io::Error::from(ErrorKind::UnexpectedEof).into()),
+                        Ok(_) => parser.read_ascii_element(&text, element),
+                        Err(error) => Err(error.into()),
+                    }
+                }
+            };
+            take(number, read.map_err(|error| self.complaint(error, element, number))?)?;
+        }
+        Ok(())
+    }
+
+    fn complaint(&self, error: ParseError, element: &ElementDef, number: usize) -> String {
+        let (name, count) = (&element.name, element.count);
+        if error.kind() == ErrorKind::UnexpectedEof {
+            return format!(
+                "not a complete PLY file: Unexpected end of file while reading element '{name}' \
+                 (expected {count}, got {number})"
+            );
+        }
+        let place = match self.encoding {
+            Encoding::Ascii => format!("line {}", self.line),
+            _ => format!("element '{name}' {number}"),
+        };
+        complaint(format!("{place}: {error}"))
+    }
+}
+
+fn triangles_of(
+    face: usize,
+    positions: &[DVec3],
+    corners: &[i64],
+    triangles: &mut Vec<[u32; 3]>,
+) -> Result<(), String> {
     let corners = corners
         .iter()
         .map(|&c| match u32::try_from(c) {
             Ok(index) if (index as usize) < positions.len() => Ok(index),
-            _ => Err(format!("vertex {c} is not there; the file has {}, counted from 0", positions.len())),
+            _ => Err(format!(
+                "face {face}: vertex {c} is not there; the file has {}, counted from 0",
+                positions.len()
+            )),
         })
         .collect::<Result<Vec<_>, String>>()?;
     if corners.len() < 3 {
-        return Err(format!("it has {} corners and needs at least 3", corners.len()));
+        return Err(format!("face {face}: it has {} corners and needs at least 3", corners.len()));
     }
-    polygon::triangulate(positions, &corners, triangles)
+    polygon::triangulate(positions, &corners, triangles).map_err(|m| format!("face {face}: {m}"))
 }
 
 /// An element without properties takes no bytes, so a header could announce any number of them; all others
@@ -57,15 +131,7 @@ fn check(element: &ElementDef, bytes: usize) -> Result<(), String> {
     Ok(())
 }
 
-fn elements<E: PropertyAccess>(
-    reader: &mut Reader<Cursor<&[u8]>>,
-    element: &ElementDef,
-    header: &Header,
-) -> Result<Vec<E>, String> {
-    Parser::<E>::new().read_payload_for_element(reader, element, header).map_err(complaint)
-}
-
-fn complaint(error: ply_rs_bw::parser::ParseError) -> String {
+fn complaint(error: impl ToString) -> String {
     // The crate's messages run over several indented lines; a message here is one.
     let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
     format!("not a complete PLY file: {}", text.chars().take(300).collect::<String>())

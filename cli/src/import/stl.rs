@@ -2,6 +2,7 @@
 
 use super::mesh::Soup;
 use glam::DVec3;
+use rustc_hash::FxHashMap;
 use std::borrow::Cow;
 use std::io::Cursor;
 
@@ -11,15 +12,21 @@ const TRIANGLE: usize = 50;
 /// The triangles of an STL file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let mut source = Cursor::new(prepared(bytes)?);
-    let mesh = stl_io::read_stl(&mut source).map_err(|e| format!("not a complete STL file: {e}"))?;
-    let positions = mesh.vertices.iter().map(|v| DVec3::from_array(v.0.map(f64::from))).collect();
-    let index = |v: usize| u32::try_from(v).map_err(|_| "more than 4 294 967 295 vertices".to_owned());
-    let triangles = mesh
-        .faces
-        .iter()
-        .map(|f| Ok([index(f.vertices[0])?, index(f.vertices[1])?, index(f.vertices[2])?]))
-        .collect::<Result<_, String>>()?;
-    Ok(Soup { positions, triangles })
+    let incomplete = |e: std::io::Error| format!("not a complete STL file: {e}");
+    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    // An STL file repeats each corner in every triangle around it: six times, and more in memory.
+    let mut known: FxHashMap<[u32; 3], u32> = FxHashMap::default();
+    for triangle in stl_io::create_stl_reader(&mut source).map_err(incomplete)? {
+        let corners = triangle.map_err(incomplete)?.vertices.map(|vertex| {
+            *known.entry(vertex.0.map(f32::to_bits)).or_insert_with(|| {
+                soup.positions.push(DVec3::from_array(vertex.0.map(f64::from)));
+                soup.positions.len() as u32 - 1
+            })
+        });
+        // A file of MAX_FILE_BYTES holds fewer corners than a u32 counts.
+        soup.triangles.push(corners);
+    }
+    Ok(soup)
 }
 
 /// `stl_io` takes a file for text if it starts with `"solid "`. Some programs write that into the header of

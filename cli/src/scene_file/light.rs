@@ -45,7 +45,8 @@ fn illuminant(entry: &Entry, sources: &mut Sources) -> Result<Illuminant, Error>
     match Illuminant::by_name(name) {
         Ok(light) => Ok(light),
         Err(_) if name.contains('.') => sources.import(entry, |path, bytes| {
-            let table = Tabulated::from_csv(import::text(path, bytes)?, &path.display().to_string())?;
+            let table =
+                Tabulated::from_csv(import::text(path, bytes.as_ref())?, &path.display().to_string())?;
             Ok((Illuminant::table(table)?, Vec::new()))
         }),
         Err(unknown) => {

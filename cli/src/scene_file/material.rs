@@ -35,7 +35,7 @@ fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Res
     let (shared, failed) = (RefCell::new(&mut *sources), RefCell::new(None));
     let resolve = |name: &str| {
         let read = shared.borrow_mut().read(name).and_then(|(path, bytes)| {
-            let text = import::text(&path, &bytes)?;
+            let text = import::text(&path, bytes.as_ref())?;
             Ok(Tabulated::from_csv(text, &path.display().to_string())?)
         });
         read.map_err(|e| {

@@ -12,9 +12,23 @@ use std::rc::Rc;
 pub(super) struct Sources {
     folder: PathBuf,
     pub files: Vec<PathBuf>,
-    contents: Vec<Rc<Vec<u8>>>,
+    /// Of each file, if it is small.
+    contents: Vec<Option<Contents>>,
     pub hash: Hash,
     pub warnings: Vec<Warning>,
+}
+
+/// Files up to this size are remembered, bytes; a larger one that is named again is read again.
+const REMEMBERED: usize = 1 << 20;
+
+/// The bytes of a file. Large ones are its reader's alone, and may be dropped before it is done.
+#[derive(Clone)]
+pub(super) struct Contents(Rc<Vec<u8>>);
+
+impl AsRef<[u8]> for Contents {
+    fn as_ref(&self) -> &[u8] {
+        &self.0
+    }
 }
 
 impl Sources {
@@ -31,26 +45,29 @@ impl Sources {
     }
 
     /// A file named by the scene, with its path from here.
-    pub fn read(&mut self, name: &str) -> Result<(PathBuf, Rc<Vec<u8>>), Error> {
+    pub fn read(&mut self, name: &str) -> Result<(PathBuf, Contents), Error> {
         let path = self.folder.join(name);
-        if let Some(known) = self.files.iter().position(|f| *f == path) {
-            return Ok((path, self.contents[known].clone()));
+        let known = self.files.iter().position(|f| *f == path);
+        if let Some(contents) = known.and_then(|known| self.contents[known].clone()) {
+            return Ok((path, contents));
         }
-        let bytes = Rc::new(import::read_file(&path)?);
-        self.hash.add(&bytes);
-        self.files.push(path.clone());
-        self.contents.push(bytes.clone());
-        Ok((path, bytes))
+        let contents = Contents(Rc::new(import::read_file(&path)?));
+        self.hash.add(contents.as_ref());
+        if known.is_none() {
+            self.files.push(path.clone());
+            self.contents.push((contents.as_ref().len() <= REMEMBERED).then(|| contents.clone()));
+        }
+        Ok((path, contents))
     }
 
     /// What `reader` makes of the file that an entry names; its complaints come with the entry's line.
     pub fn import<T>(
         &mut self,
         entry: &Entry,
-        reader: impl FnOnce(&Path, &[u8]) -> Result<(T, Vec<Warning>), Error>,
+        reader: impl FnOnce(&Path, Contents) -> Result<(T, Vec<Warning>), Error>,
     ) -> Result<T, Error> {
         let name = entry.text("the name of a file")?;
-        let read = self.read(name).and_then(|(path, bytes)| reader(&path, &bytes));
+        let read = self.read(name).and_then(|(path, contents)| reader(&path, contents));
         let (value, warnings) = read.map_err(|e| entry.error(e))?;
         self.warn(warnings);
         Ok(value)

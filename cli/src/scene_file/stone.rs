@@ -68,7 +68,7 @@ fn stone(
         sources.warn(vec![Warning::new(message)]);
     }
     // Preparation places it again; here the complaint has a line.
-    stone.placed().map_err(|e| fields.blame(e))?;
+    stone.check_place().map_err(|e| fields.blame(e))?;
     Ok(stone)
 }
 
@@ -105,8 +105,10 @@ impl Shelf {
         if let Some(other) = other {
             return Err(entry.refuse(&format!("{} file; write {other} = … for this one", article(key))));
         }
-        let reader = if key == "cut" { import::cut::solid } else { import::mesh::read };
-        let mesh = Arc::new(sources.import(entry, reader)?);
+        let mesh = Arc::new(match key {
+            "cut" => sources.import(entry, |path, bytes| import::cut::solid(path, bytes.as_ref()))?,
+            _ => sources.import(entry, import::mesh::read)?,
+        });
         self.0.insert(name, mesh.clone());
         Ok(mesh)
     }

@@ -13,8 +13,8 @@ fn intersect(query: Query) -> Hit {
     var leave = hit_none(query);
     for (var facet = 0u; facet < count; facet++) {
         let plane = planes[facet];
-        let towards = dot(plane.normal, query.direction);
-        let gap = plane.offset - dot(plane.normal, query.origin);
+        let towards = inner(plane.normal, query.direction);
+        let gap = plane.offset - inner(plane.normal, query.origin);
         let t = gap / towards;
         if towards > 0.0 && hit_precedes(t, facet, leave) {
             leave = Hit(t, facet, facet, true);

@@ -70,33 +70,33 @@ fn hit_precedes(t: f32, primitive: u32, best: Hit) -> bool {
 // start is no further beyond the plane than rounding puts it.
 fn query_accepts(query: Query, facet: u32) -> bool {
     let plane = planes[facet];
-    let leaving = dot(plane.normal, query.direction) > 0.0;
+    let leaving = inner(plane.normal, query.direction) > 0.0;
     if leaving != nest_contains(query.nest, plane.rank) {
         return false;
     }
     if query.contact {
-        return !nest_contains(query.crossed, plane.rank) && abs(dot(plane.normal, query.normal)) > PARALLEL;
+        return !nest_contains(query.crossed, plane.rank) && abs(inner(plane.normal, query.normal)) > PARALLEL;
     }
-    let gap = plane.offset - dot(plane.normal, query.origin);
+    let gap = plane.offset - inner(plane.normal, query.origin);
     return select(-gap, gap, leaving) >= -scene.margin;
 }
 
 // The parameter at which a ray meets a facet's exact plane, within the bounds that its triangle sets.
 fn plane_parameter(facet: u32, origin: vec3<f32>, direction: vec3<f32>, low: f32, high: f32) -> f32 {
     let plane = planes[facet];
-    let towards = dot(plane.normal, direction);
+    let towards = inner(plane.normal, direction);
     if abs(towards) < 1e-20 {
         return low;
     }
-    return clamp((plane.offset - dot(plane.normal, origin)) / towards, low, high);
+    return clamp((plane.offset - inner(plane.normal, origin)) / towards, low, high);
 }
 
 // Distance to the exact plane; the triangle's own where the ray is too nearly parallel to say.
 fn surface_distance(hit: Hit, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let plane = planes[hit.facet];
-    let towards = dot(plane.normal, direction);
+    let towards = inner(plane.normal, direction);
     let slack = scene.margin / max(abs(towards), GRAZING);
-    let gap = plane.offset - dot(plane.normal, origin);
+    let gap = plane.offset - inner(plane.normal, origin);
     let exact = select(hit.t, gap / towards, towards != 0.0);
     return max(select(hit.t, exact, abs(exact - hit.t) <= slack), 0.0);
 }
@@ -126,8 +126,8 @@ fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest) -> Cros
             if !crossing.found {
                 crossing.found = true;
                 crossing.distance = surface_distance(hit, origin, direction);
-                crossing.normal = select(plane.normal, -plane.normal, dot(plane.normal, direction) > 0.0);
-                let window = scene.contact / max(abs(dot(plane.normal, direction)), GRAZING);
+                crossing.normal = select(plane.normal, -plane.normal, inner(plane.normal, direction) > 0.0);
+                let window = scene.contact / max(abs(inner(plane.normal, direction)), GRAZING);
                 query.origin = origin;
                 query.t_min = crossing.distance - window;
                 query.t_max = crossing.distance + window;

@@ -87,7 +87,7 @@ mod tests {
         let image = LatLong::new(4, 3, (0..12).map(|k| [k as f32, 0.5, 2.0]).collect()).expect("valid").0;
         let texels = Texels::of_image(&image);
         let bytes: Vec<u8> = texels.pieces().flat_map(|(_, bytes)| bytes).collect();
-        let numbers: Vec<f32> = bytemuck::pod_collect_to_vec(&bytes);
+        let numbers: Vec<f32> = bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
         assert_eq!(numbers.len(), 48);
         assert_eq!(numbers[44..], [11.0, 0.5, 2.0, 0.0]);
     }

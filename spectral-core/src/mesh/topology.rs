@@ -21,6 +21,24 @@ pub(super) struct Surface {
     pub thin: f64,
 }
 
+impl Surface {
+    pub fn new(
+        positions: Vec<DVec3>,
+        triangles: Vec<[u32; 3]>,
+        Joints { across, shells }: Joints,
+        extent: f64,
+        thin: f64,
+    ) -> Self {
+        Surface { positions, triangles, across, shells, extent, thin }
+    }
+}
+
+/// How the triangles of a [`Surface`] hang together.
+pub(super) struct Joints {
+    across: Vec<[u32; 3]>,
+    shells: usize,
+}
+
 /// Why triangles do not make a closed surface.
 pub(super) struct Fault {
     message: String,
@@ -35,20 +53,66 @@ impl From<Fault> for Error {
     }
 }
 
-/// One side of an edge: the edge's two vertices, the lower first, as one key, and `4 · triangle + k`.
-type Side = (u64, u32);
+/// The sides of edges by the lower vertex of the edge: those of vertex `v` are `sides[starts[v]..starts[v + 1]]`, each the
+/// edge's upper vertex and `4 · triangle + k`, in order.
+struct Sides {
+    starts: Vec<u32>,
+    sides: Vec<(u32, u32)>,
+}
+
+impl Sides {
+    /// Sorted by counting, which takes time in proportion to the triangles.
+    fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
+        let mut starts = vec![0_u32; vertices + 1];
+        for_each_side(triangles, |low, _, _| starts[low as usize + 1] += 1);
+        for v in 0..vertices {
+            starts[v + 1] += starts[v];
+        }
+        let mut sides = vec![(0, 0); 3 * triangles.len()];
+        // The next free place of each vertex is kept where its start is, and that is one too far on in the end.
+        for_each_side(triangles, |low, high, side| {
+            let place = &mut starts[low as usize];
+            sides[*place as usize] = (high, side);
+            *place += 1;
+        });
+        starts.rotate_right(1);
+        starts[0] = 0;
+        for range in starts.windows(2) {
+            sides[range[0] as usize..range[1] as usize].sort_unstable();
+        }
+        Sides { starts, sides }
+    }
+
+    /// The edges in order: the lower and the upper vertex, packed, and the sides.
+    fn edges(&self) -> impl Iterator<Item = (u64, &[(u32, u32)])> {
+        self.starts.windows(2).enumerate().flat_map(|(low, range)| {
+            let around = &self.sides[range[0] as usize..range[1] as usize];
+            let key = move |high: u32| ((low as u64) << 32) | u64::from(high);
+            around.chunk_by(|a, b| a.0 == b.0).map(move |group| (key(group[0].0), group))
+        })
+    }
+}
+
+/// Calls `then` with the lower vertex, the upper vertex and the number `4 · triangle + k` of each side.
+fn for_each_side(triangles: &[[u32; 3]], mut then: impl FnMut(u32, u32, u32)) {
+    for (t, triangle) in triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
+            then(a.min(b), a.max(b), (4 * t + k) as u32);
+        }
+    }
+}
 
 /// Checks that the triangles close, and orients them.
 pub(super) fn build(
-    positions: Vec<DVec3>,
-    mut triangles: Vec<[u32; 3]>,
+    positions: &[DVec3],
+    triangles: &mut [[u32; 3]],
     extent: f64,
-    thin: f64,
     warnings: &mut Vec<Warning>,
-) -> Result<Surface, Fault> {
-    let sides = sorted_sides(&triangles);
-    let mut across = pair(&positions, &triangles, &sides)?;
-    let (shell_of, shells, flipped) = orient(&positions, &triangles, &across)?;
+) -> Result<Joints, Fault> {
+    let sides = Sides::new(positions.len(), triangles);
+    let mut across = pair(positions, triangles, &sides)?;
+    let (shell_of, shells, flipped) = orient(positions, triangles, &across)?;
     let turned = flipped.iter().filter(|&&f| f).count();
     if turned > 0 {
         warnings.push(Warning::new(format!(
@@ -58,8 +122,9 @@ pub(super) fn build(
     for (t, _) in flipped.iter().enumerate().filter(|(_, f)| **f) {
         flip(&mut triangles[t], &mut across[t]);
     }
-    check_balance(&positions, &triangles, &sides)?;
-    let volume = signed_volume(&positions, &triangles);
+    check_balance(positions, triangles, &sides)?;
+    drop(sides);
+    let volume = signed_volume(positions, triangles);
     if volume.abs() <= 1e-12 * extent.powi(3) {
         let message = "the mesh encloses no volume: its surface lies on itself".to_owned();
         let place = positions.first().copied().unwrap_or_default();
@@ -69,38 +134,23 @@ pub(super) fn build(
         warnings.push(Warning::new("the mesh was inside out (its triangles faced inwards) and was turned"));
         triangles.iter_mut().zip(&mut across).for_each(|(t, a)| flip(t, a));
     }
-    note_cavities(&positions, &triangles, &shell_of, shells, warnings);
-    Ok(Surface { positions, triangles, across, shells, extent, thin })
-}
-
-fn sorted_sides(triangles: &[[u32; 3]]) -> Vec<Side> {
-    let mut sides: Vec<Side> = Vec::with_capacity(3 * triangles.len());
-    for (t, triangle) in triangles.iter().enumerate() {
-        for k in 0..3 {
-            let (a, b) = (triangle[k], triangle[(k + 1) % 3]);
-            let key = (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
-            sides.push((key, (4 * t + k) as u32));
-        }
-    }
-    sides.sort_unstable();
-    sides
+    note_cavities(positions, triangles, &shell_of, shells, warnings);
+    Ok(Joints { across, shells })
 }
 
 /// Pairs the two sides of each edge. Edges with four or more sides, an even number, are where shells touch: they are
 /// left unpaired, and [`check_balance`] looks at them once the shells are oriented.
-fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<Vec<[u32; 3]>, Fault> {
+fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &Sides) -> Result<Vec<[u32; 3]>, Fault> {
     let mut across = vec![[NONE; 3]; triangles.len()];
     let (mut open, mut odd) = ((0_usize, 0_u64), (0_usize, 0_u64));
-    for group in sides.chunk_by(|a, b| a.0 == b.0) {
+    for (key, group) in sides.edges() {
         match group {
             [(_, a), (_, b)] => {
                 across[(a / 4) as usize][(a % 4) as usize] = b / 4;
                 across[(b / 4) as usize][(b % 4) as usize] = a / 4;
             }
-            [(key, _)] => open = (open.0 + 1, if open.0 == 0 { *key } else { open.1 }),
-            [(key, _), ..] if group.len() % 2 == 1 => {
-                odd = (odd.0 + 1, if odd.0 == 0 { *key } else { odd.1 })
-            }
+            [_] => open = (open.0 + 1, if open.0 == 0 { key } else { open.1 }),
+            _ if group.len() % 2 == 1 => odd = (odd.0 + 1, if odd.0 == 0 { key } else { odd.1 }),
             _ => {}
         }
     }
@@ -140,16 +190,17 @@ fn orient(
 ) -> Result<(Vec<u32>, usize, Vec<bool>), Fault> {
     let mut shell_of = vec![NONE; triangles.len()];
     let mut flipped = vec![false; triangles.len()];
-    let (mut shells, mut members) = (0, Vec::new());
+    let (mut shells, mut members) = (0, Vec::<u32>::new());
     for seed in 0..triangles.len() {
         if shell_of[seed] != NONE {
             continue;
         }
         shell_of[seed] = shells;
         members.clear();
-        members.push(seed);
+        members.push(seed as u32);
         let mut next = 0;
         while let Some(&t) = members.get(next) {
+            let t = t as usize;
             next += 1;
             for k in 0..3 {
                 let u = across[t][k] as usize;
@@ -161,7 +212,7 @@ fn orient(
                 if shell_of[u] == NONE {
                     shell_of[u] = shells;
                     flipped[u] = wanted;
-                    members.push(u);
+                    members.push(u as u32);
                 } else if flipped[u] != wanted {
                     let key = (u64::from(a) << 32) | u64::from(b);
                     let what = "the mesh cannot be oriented (like a Möbius strip it has one side): no winding suits N edge";
@@ -169,8 +220,8 @@ fn orient(
                 }
             }
         }
-        if 2 * members.iter().filter(|&&t| flipped[t]).count() > members.len() {
-            members.iter().for_each(|&t| flipped[t] = !flipped[t]);
+        if 2 * members.iter().filter(|&&t| flipped[t as usize]).count() > members.len() {
+            members.iter().for_each(|&t| flipped[t as usize] ^= true);
         }
         shells += 1;
     }
@@ -189,10 +240,10 @@ fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
 }
 
 /// Where shells touch along an edge, as many triangles must run along it one way as the other.
-fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &[Side]) -> Result<(), Fault> {
+fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &Sides) -> Result<(), Fault> {
     let mut bad = (0, 0);
-    for group in sides.chunk_by(|a, b| a.0 == b.0).filter(|group| group.len() > 2) {
-        let (key, low) = (group[0].0, (group[0].0 >> 32) as u32);
+    for (key, group) in sides.edges().filter(|(_, group)| group.len() > 2) {
+        let low = (key >> 32) as u32;
         let forward =
             group.iter().filter(|(_, s)| runs(&triangles[(s / 4) as usize], low, key as u32)).count();
         if 2 * forward != group.len() {

@@ -1,7 +1,9 @@
 //! From loose triangles to shared vertices: input checks, joining, and the removal of triangles without area.
 
 use glam::DVec3;
-use rustc_hash::{FxHashMap, FxHashSet};
+use rustc_hash::{FxBuildHasher, FxHashMap};
+use std::hash::{BuildHasher, Hash};
+use std::mem::take;
 
 use super::topology::{self, Fault, Surface};
 use super::{bounds, polygon};
@@ -49,17 +51,20 @@ pub(super) fn check_input(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result
 /// leaves the surface open. Triangles whose corners lie on a line are left out if the surface closes without them, and
 /// kept where they are what fills a T-junction.
 pub(super) fn close(
-    positions: &[DVec3],
-    triangles: &[[u32; 3]],
+    positions: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
     weld: f64,
     warnings: &mut Vec<Warning>,
 ) -> Result<Surface, Error> {
-    let exact = Joined::new(positions, triangles, &join_exact(positions, triangles));
+    let first = positions.first().map(|p| p.to_array());
+    let map = join_exact(&positions, &triangles);
+    let mut exact = Joined::new(&positions, triangles, &map);
+    drop((positions, map));
     let (low, high) = bounds(&exact.positions);
     let extent = (high - low).max_element();
     if exact.triangles.is_empty() || extent < SMALLEST {
         let message = "the mesh has no triangle with an area".to_owned();
-        return Err(Error::Solid { message, place: positions.first().map(|p| p.to_array()) });
+        return Err(Error::Solid { message, place: first });
     }
     // Coordinates far from the origin carry their own rounding.
     let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
@@ -80,7 +85,8 @@ pub(super) fn close(
     if joined == 0 {
         return Err(error.into());
     }
-    let mut near = Joined::new(&exact.positions, &exact.triangles, &map);
+    let mut near = Joined::new(&exact.positions, exact.triangles, &map);
+    drop((exact.positions, map));
     near.collapsed += exact.collapsed;
     near.repeated += exact.repeated;
     let (surface, notes) = near.surface(thin, extent)?;
@@ -91,16 +97,44 @@ pub(super) fn close(
     Ok(surface)
 }
 
+/// The first of all numbers with the same key: a hash table that holds the numbers alone, a few bytes each.
+struct Firsts {
+    slots: Vec<u32>,
+}
+
+impl Firsts {
+    /// For up to `count` numbers.
+    fn new(count: usize) -> Self {
+        Firsts { slots: vec![u32::MAX; (count + count / 2 + 1).next_power_of_two()] }
+    }
+
+    /// The number that had the key of `number` first: itself, if none had.
+    fn of<K: Hash + Eq>(&mut self, number: u32, key: impl Fn(u32) -> K) -> u32 {
+        let wanted = key(number);
+        let mut at = FxBuildHasher.hash_one(&wanted) as usize;
+        loop {
+            at &= self.slots.len() - 1;
+            match self.slots[at] {
+                u32::MAX => {
+                    self.slots[at] = number;
+                    return number;
+                }
+                other if key(other) == wanted => return other,
+                _ => at += 1,
+            }
+        }
+    }
+}
+
 /// For each vertex the first used vertex with the very same coordinates.
 fn join_exact(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
-    let mut first: FxHashMap<[u64; 3], u32> = FxHashMap::default();
-    first.reserve(positions.len());
+    // Adding zero makes −0 and +0 the same.
+    let key = |v: u32| (positions[v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
+    let mut firsts = Firsts::new(positions.len());
     let mut map = vec![u32::MAX; positions.len()];
     for &v in triangles.iter().flatten() {
         if map[v as usize] == u32::MAX {
-            // Adding zero makes −0 and +0 the same.
-            let key = (positions[v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
-            map[v as usize] = *first.entry(key).or_insert(v);
+            map[v as usize] = firsts.of(v, key);
         }
     }
     map
@@ -142,69 +176,74 @@ struct Joined {
 
 impl Joined {
     /// `map` gives each vertex the one it is joined to; vertices that no triangle uses are left out.
-    fn new(positions: &[DVec3], triangles: &[[u32; 3]], map: &[u32]) -> Self {
-        let (mut collapsed, mut repeated) = (0, 0);
-        let mut seen: FxHashSet<[u32; 3]> = FxHashSet::default();
-        seen.reserve(triangles.len());
-        let mut kept = Vec::with_capacity(triangles.len());
-        for triangle in triangles {
-            let [a, b, c] = triangle.map(|v| map[v as usize]);
-            let least = a.min(b).min(c);
-            let turned = if least == a {
-                [a, b, c]
-            } else if least == b {
-                [b, c, a]
-            } else {
-                [c, a, b]
-            };
-            if a == b || b == c || c == a {
-                collapsed += 1;
-            } else if !seen.insert(turned) {
-                repeated += 1;
-            } else {
-                kept.push([a, b, c]);
-            }
-        }
-        let (positions, triangles) = used(positions, kept);
+    fn new(positions: &[DVec3], mut triangles: Vec<[u32; 3]>, map: &[u32]) -> Self {
+        let before = triangles.len();
+        triangles.iter_mut().flatten().for_each(|v| *v = map[*v as usize]);
+        triangles.retain(|&[a, b, c]| a != b && b != c && c != a);
+        let collapsed = before - triangles.len();
+        let mut firsts = Firsts::new(triangles.len());
+        let first: Vec<bool> = (0..triangles.len() as u32)
+            .map(|number| firsts.of(number, |t| turned(triangles[t as usize])) == number)
+            .collect();
+        drop(firsts);
+        let mut first = first.into_iter();
+        triangles.retain(|_| first.next() == Some(true));
+        let repeated = before - collapsed - triangles.len();
+        let (positions, triangles) = used(positions, triangles);
         Joined { positions, triangles, collapsed, repeated }
     }
 
     /// The closed surface, with what had to be done to get it. `thin` is the height under which a triangle counts as
-    /// without area.
-    fn surface(&self, thin: f64, extent: f64) -> Result<(Surface, Vec<Warning>), Fault> {
-        let corners = |t: &[u32; 3]| t.map(|v| self.positions[v as usize]);
-        let solid: Vec<[u32; 3]> =
-            self.triangles.iter().copied().filter(|t| polygon::height(corners(t)) > thin).collect();
-        let flat = self.triangles.len() - solid.len();
-        let mut notes = Vec::new();
-        let mut note = |count: usize, what: &str| {
-            if count > 0 {
-                let (s, were) = if count == 1 { ("", "was") } else { ("s", "were") };
-                notes.push(Warning::new(format!("{count} triangle{s} {what}").replace("{were}", were)));
-            }
-        };
+    /// without area. What was joined is used up, unless the surface is open.
+    fn surface(&mut self, thin: f64, extent: f64) -> Result<(Surface, Vec<Warning>), Fault> {
+        let solid = |t: &&[u32; 3]| polygon::height(t.map(|v| self.positions[v as usize])) > thin;
+        let flat = self.triangles.len() - self.triangles.iter().filter(solid).count();
         let mut kept = Vec::new();
-        let (positions, solid) =
-            if flat > 0 { used(&self.positions, solid) } else { (self.positions.clone(), solid) };
-        let without = topology::build(positions, solid, extent, thin, &mut kept);
-        let surface = match without {
-            Ok(surface) => {
-                note(self.collapsed + flat, "without area {were} left out");
-                surface
+        let mut notes = Vec::new();
+        let mut surface = None;
+        if flat > 0 {
+            let rest = self.triangles.iter().filter(solid).copied().collect();
+            let (positions, mut rest) = used(&self.positions, rest);
+            if let Ok(joints) = topology::build(&positions, &mut rest, extent, &mut kept) {
+                note(&mut notes, self.collapsed + flat, "without area {were} left out");
+                surface = Some(Surface::new(positions, rest, joints, extent, thin));
             }
-            Err(_) if flat > 0 => {
+        }
+        let surface = match surface {
+            Some(surface) => surface,
+            None => {
                 kept.clear();
-                let all = self.triangles.clone();
-                let surface = topology::build(self.positions.clone(), all, extent, thin, &mut kept)?;
-                note(self.collapsed, "without area {were} left out");
-                note(flat, "whose corners lie on a line {were} kept, since the mesh is open without");
-                surface
+                let joints = topology::build(&self.positions, &mut self.triangles, extent, &mut kept)?;
+                note(&mut notes, self.collapsed, "without area {were} left out");
+                let line = "whose corners lie on a line {were} kept, since the mesh is open without";
+                note(&mut notes, flat, line);
+                let (positions, triangles) = (take(&mut self.positions), take(&mut self.triangles));
+                Surface::new(positions, triangles, joints, extent, thin)
             }
-            Err(error) => return Err(error),
         };
-        note(self.repeated, "given more than once {were} taken once");
+        note(&mut notes, self.repeated, "given more than once {were} taken once");
         notes.extend(kept);
         Ok((surface, notes))
+    }
+}
+
+/// The triangle's corners, the lowest first: the same for any corner that it is written from.
+fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
+    let least = a.min(b).min(c);
+    if least == a {
+        [a, b, c]
+    } else if least == b {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    }
+}
+
+/// Says what became of `count` triangles, if there are any.
+fn note(notes: &mut Vec<Warning>, count: usize, what: &str) {
+    if count > 0 {
+        let (s, were) = if count == 1 { ("", "was") } else { ("s", "were") };
+        notes.push(Warning::new(format!("{count} triangle{s} {what}").replace("{were}", were)));
     }
 }
 

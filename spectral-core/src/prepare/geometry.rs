@@ -1,7 +1,11 @@
 //! The stones' surfaces as flat arrays in local coordinates.
 
 use super::nest::{Nest, Rank};
-use crate::{Error, scene::Stone};
+use crate::{
+    Error,
+    mesh::{Mesh, Placement, Plane},
+    scene::Stone,
+};
 use glam::DVec3;
 use std::ops::Range;
 
@@ -69,22 +73,18 @@ impl Geometry {
 
     /// Places the stones; returns the surfaces and where their local origin lies in the world.
     pub(super) fn new(stones: &[Stone]) -> Result<(Geometry, DVec3), Error> {
-        let placed = stones.iter().map(Stone::placed).collect::<Result<Vec<_>, _>>()?;
+        let placed = stones.iter().map(Placed::new).collect::<Result<Vec<_>, _>>()?;
         let mut low = DVec3::splat(f64::INFINITY);
         let mut high = -low;
-        for mesh in &placed {
-            let (l, h) = mesh.bounds();
-            (low, high) = (low.min(l), high.max(h));
+        for Placed { bounds: (l, h), .. } in &placed {
+            (low, high) = (low.min(*l), high.max(*h));
         }
         let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
-        let mut geometry = Geometry { stone_of_rank: order(&placed, stones), ..Geometry::default() };
+        let mut geometry = Geometry::with_room(&placed);
+        geometry.stone_of_rank = order(&placed);
         let materials = material_indices(stones);
-        for (index, (mesh, stone)) in placed.iter().zip(stones).enumerate() {
-            geometry.push(mesh, origin);
-            let last = geometry.stones.last_mut().expect("just pushed");
-            last.name.clone_from(&stone.name);
-            last.material = materials[index];
-            last.conductor = stone.material.is_conductor();
+        for (placed, material) in placed.iter().zip(materials) {
+            geometry.push(placed, origin, material);
         }
         for (rank, &stone) in geometry.stone_of_rank.iter().enumerate() {
             geometry.stones[stone as usize].rank = rank as Rank;
@@ -94,28 +94,41 @@ impl Geometry {
         Ok((geometry, origin))
     }
 
-    fn push(&mut self, mesh: &crate::mesh::Mesh, origin: DVec3) {
+    /// Empty, with the memory that the stones will take.
+    fn with_room(placed: &[Placed]) -> Geometry {
+        let total = |count: fn(&Mesh) -> usize| placed.iter().map(|p| count(&p.stone.mesh)).sum();
+        Geometry {
+            positions: Vec::with_capacity(total(|m| m.positions().len())),
+            triangles: Vec::with_capacity(total(|m| m.triangles().len())),
+            facet_of: Vec::with_capacity(total(|m| m.triangles().len())),
+            facets: Vec::with_capacity(total(|m| m.facets().len())),
+            ..Geometry::default()
+        }
+    }
+
+    fn push(&mut self, placed: &Placed, origin: DVec3, material: u32) {
+        let Placed { stone: Stone { mesh, name, material: substance, .. }, placement, bounds: (low, high) } =
+            placed;
         let stone = self.stones.len() as u32;
         let (vertex, triangle, facet) =
             (self.positions.len() as u32, self.triangles.len() as u32, self.facets.len() as u32);
-        self.positions.extend(mesh.positions().iter().map(|p| *p - origin));
+        self.positions.extend(mesh.positions().iter().map(|p| placement.point(*p) - origin));
         self.triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + vertex)));
         self.facet_of.extend(mesh.facet_of().iter().map(|f| f + facet));
         self.facets.extend(mesh.facets().iter().map(|f| {
-            let (normal, offset) = (f.plane.normal, f.plane.offset);
+            let Plane { normal, offset } = placement.plane(&f.plane);
             FacetPlane { normal, offset: offset - normal.dot(origin), stone }
         }));
-        let (low, high) = mesh.bounds();
         self.stones.push(PreparedStone {
-            name: String::new(),
+            name: name.clone(),
             facets: facet..self.facets.len() as u32,
             triangles: triangle..self.triangles.len() as u32,
-            material: 0,
+            material,
             rank: 0,
             convex: mesh.is_convex(),
-            conductor: false,
-            low: low - origin,
-            high: high - origin,
+            conductor: substance.is_conductor(),
+            low: *low - origin,
+            high: *high - origin,
         });
     }
 
@@ -154,14 +167,30 @@ impl Geometry {
     }
 }
 
+/// A stone and where it stands. The placed mesh itself is never made: large ones are held once too often as it is.
+struct Placed<'a> {
+    stone: &'a Stone,
+    placement: Placement,
+    /// Of the placed mesh, in the world.
+    bounds: (DVec3, DVec3),
+}
+
+impl<'a> Placed<'a> {
+    fn new(stone: &'a Stone) -> Result<Self, Error> {
+        let placement = stone.placement()?;
+        Ok(Placed { stone, placement, bounds: placement.bounds(&stone.mesh) })
+    }
+}
+
 /// Stone indices from the lowest priority to the highest.
-fn order(placed: &[crate::mesh::Mesh], stones: &[Stone]) -> Vec<u32> {
-    let volumes: Vec<f64> = placed.iter().map(|m| m.volume()).collect();
-    let mut order: Vec<u32> = (0..stones.len() as u32).collect();
+fn order(placed: &[Placed]) -> Vec<u32> {
+    let volumes: Vec<f64> = placed.iter().map(|p| p.placement.volume(&p.stone.mesh, p.bounds)).collect();
+    let mut order: Vec<u32> = (0..placed.len() as u32).collect();
     order.sort_by(|&a, &b| {
         let (a, b) = (a as usize, b as usize);
+        let by_priority = placed[a].stone.priority.cmp(&placed[b].stone.priority);
         // Descending volume: the smaller one ranks higher.
-        stones[a].priority.cmp(&stones[b].priority).then(volumes[b].total_cmp(&volumes[a])).then(a.cmp(&b))
+        by_priority.then(volumes[b].total_cmp(&volumes[a])).then(a.cmp(&b))
     });
     order
 }

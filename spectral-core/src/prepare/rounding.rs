@@ -2,7 +2,7 @@
 //!
 //! Every such backend takes the same bounds, so that all make the same decisions but for rounding itself.
 
-use super::Geometry;
+use super::{Geometry, PreparedStone};
 use crate::camera::CameraRay;
 use glam::DVec3;
 
@@ -40,9 +40,37 @@ impl Geometry {
         }
     }
 
+    /// Where a ray from outside enters a convex stone, and by which facet, counted from the stone's first.
+    pub fn entry(&self, stone: &PreparedStone, ray: &CameraRay) -> Option<(DVec3, usize)> {
+        let (mut near, mut far) = ((0.0, usize::MAX), f64::INFINITY);
+        let facets = &self.facets[stone.facets.start as usize..stone.facets.end as usize];
+        for (index, plane) in facets.iter().enumerate() {
+            let towards = plane.normal.dot(ray.direction);
+            let gap = plane.offset - plane.normal.dot(ray.origin);
+            if towards < 0.0 {
+                if gap / towards > near.0 {
+                    near = (gap / towards, index);
+                }
+            } else if towards > 0.0 {
+                far = far.min(gap / towards);
+            } else if gap < 0.0 {
+                return None;
+            }
+        }
+        let (distance, facet) = near;
+        (facet != usize::MAX && distance <= far).then(|| (ray.origin + ray.direction * distance, facet))
+    }
+
     /// The point where a camera ray comes near the stones, in double precision: single precision is then spent
-    /// on the stones and not on the way to them. `None` if it passes them by.
+    /// on the stones and not on the way to them. Of one convex stone it is the point where the ray enters. `None`
+    /// if it passes them by.
     pub fn approach(&self, ray: &CameraRay) -> Option<DVec3> {
+        if let [stone] = self.stones.as_slice()
+            && stone.convex
+            && self.facets.iter().any(|f| f.normal.dot(ray.origin) > f.offset)
+        {
+            return self.entry(stone, ray).map(|(point, _)| point);
+        }
         let reach = self.radius * 1.001;
         let middle = -ray.origin.dot(ray.direction);
         let across2 = (ray.origin + ray.direction * middle).length_squared();

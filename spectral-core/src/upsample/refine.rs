@@ -79,7 +79,12 @@ pub fn refine(rows: [&[f64]; 3], start: &[f64], rgb: [f64; 3], stop: Stop) -> Re
     let norms = rows.map(|row| dot(row, row));
     let mut spectrum = start.to_vec();
     let mut sweeps = 0;
+    let mut cycle = Cycle::default();
     loop {
+        // Whole periods change nothing; only what is left over of the sweeps is still to be made.
+        if let Some(period) = cycle.period(sweeps, &spectrum) {
+            sweeps = stop.max_sweeps - (stop.max_sweeps - sweeps) % period;
+        }
         let errors = std::array::from_fn::<f64, 3, _>(|c| (rgb[c] - dot(rows[c], &spectrum)).abs());
         let residual = errors.iter().sum::<f64>() / brightest;
         let converged = residual <= stop.tolerance;
@@ -124,6 +129,32 @@ pub fn refine_smits(
     let start: Vec<f64> =
         grid.nm().iter().map(|&nm| weights.mix(&smits::boxes(nm)) * Illuminant::D65.at(nm)).collect();
     refine(response.rows(), &start, rgb, stop)
+}
+
+/// Notices that sweeps have begun to repeat themselves bit for bit, as they do where no light shows the colour
+/// and where the last bits are all that is left of the error.
+///
+/// Brent's method (BIT 20, 1980): the spectrum is kept at sweeps 1, 2, 4, … and every later one compared with it,
+/// so that a cycle of any length is found within three times the sweeps that lead to it and around it.
+#[derive(Default)]
+struct Cycle {
+    kept: Vec<f64>,
+    at: u32,
+}
+
+impl Cycle {
+    /// The sweeps after which `spectrum`, which has seen `sweeps` of them, comes back.
+    fn period(&mut self, sweeps: u32, spectrum: &[f64]) -> Option<u32> {
+        if sweeps > self.at && self.kept == spectrum {
+            return Some(sweeps - self.at);
+        }
+        if sweeps.is_power_of_two() {
+            self.kept.clear();
+            self.kept.extend_from_slice(spectrum);
+            self.at = sweeps;
+        }
+        None
+    }
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {
@@ -210,6 +241,26 @@ mod tests {
         let stop = Stop { tolerance: 1e-6, max_sweeps: 5000 };
         assert!(refine_smits(&grid, &response, [-0.1, 1.0, 1.0], stop).unwrap().converged);
         assert!(!refine_smits(&grid, &response, [-5.0, 1.0, 1.0], stop).unwrap().converged);
+    }
+
+    #[test]
+    fn sweeps_that_repeat_are_left_out_and_change_nothing() {
+        // Too few wavelengths for these colours, some of which cannot be shown. One sweep a call, so that no
+        // call has anything to compare with.
+        for (count, color) in [(1, 4), (2, 5), (3, 1), (4, 5), (6, 6)] {
+            let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap();
+            let response = Response::new(&grid).unwrap();
+            let rgb = smits::COLORS[color];
+            let start: Vec<f64> = grid.nm().iter().map(|&nm| smits::boxes(nm)[color]).collect();
+            let limit = |max_sweeps| Stop { tolerance: 0.0, max_sweeps };
+            let mut spectrum = start.clone();
+            for _ in 0..5001 {
+                spectrum = refine(response.rows(), &spectrum, rgb, limit(1)).unwrap().spectrum;
+            }
+            let whole = refine(response.rows(), &start, rgb, limit(5001)).unwrap();
+            assert_eq!(whole.spectrum, spectrum, "{count} wavelengths");
+            assert!(whole.converged || whole.sweeps == 5001);
+        }
     }
 
     #[test]

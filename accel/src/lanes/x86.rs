@@ -3,25 +3,25 @@
 //! Values of these types are made only inside functions that [`crate::instructions`] enters after it has found
 //! the instruction set on the machine at hand; that is what every `SAFETY` line here rests on.
 
-use super::{Lanes, Mask, Row, WIDTH, furthest};
+use super::{Lanes, Mask, Row, WIDTH, Work, furthest};
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// One 512-bit register.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Avx512(__m512);
+pub struct Avx512(__m512);
 
 /// Two 256-bit registers.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Avx2([__m256; 2]);
+pub struct Avx2([__m256; 2]);
 
 /// A mask register.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Mask512(__mmask16);
+pub struct Mask512(__mmask16);
 
 /// All ones or all zeros, lane by lane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Mask256([__m256; 2]);
+pub struct Mask256([__m256; 2]);
 
 macro_rules! operator {
     ($trait:ident, $method:ident, $wide:ident, $half:ident) => {
@@ -264,6 +264,24 @@ impl Lanes for Avx512 {
             ]
         }
     }
+
+    #[inline(always)]
+    fn apart<W: Work>(work: W) -> W::Output {
+        // SAFETY: whoever names this type runs where its features are.
+        unsafe { apart_512(work) }
+    }
+}
+
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+#[inline(never)]
+fn apart_512<W: Work>(work: W) -> W::Output {
+    work.work()
+}
+
+#[target_feature(enable = "avx2,fma")]
+#[inline(never)]
+fn apart_256<W: Work>(work: W) -> W::Output {
+    work.work()
 }
 
 /// The colours of [`Lanes::bilinear`], lane 4q + m at place 4m + q, so that four lanes in a row of a register are
@@ -420,6 +438,12 @@ impl Lanes for Avx2 {
         let colours = colours(texels, offsets, pitch, across, down);
         let (low, high) = (transposed(&colours, 0), transposed(&colours, 8));
         [Avx2([low[0], high[0]]), Avx2([low[1], high[1]]), Avx2([low[2], high[2]])]
+    }
+
+    #[inline(always)]
+    fn apart<W: Work>(work: W) -> W::Output {
+        // SAFETY: whoever names this type runs where its features are.
+        unsafe { apart_256(work) }
     }
 }
 

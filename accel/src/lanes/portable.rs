@@ -4,18 +4,18 @@
 // Every loop runs over the lanes of several arrays.
 #![allow(clippy::needless_range_loop)]
 
-use super::{Lanes, Mask, Row, WIDTH};
+use super::{Lanes, Mask, Row, WIDTH, Work};
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// An array.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Portable([f32; WIDTH]);
+pub struct Portable([f32; WIDTH]);
 
 /// All ones or all zeros, lane by lane.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(crate) struct Flags([u32; WIDTH]);
+pub struct Flags([u32; WIDTH]);
 
 /// A lane-by-lane result.
 macro_rules! each {
@@ -187,6 +187,16 @@ impl Lanes for Portable {
         }
         colours.map(Portable)
     }
+
+    #[inline(always)]
+    fn apart<W: Work>(work: W) -> W::Output {
+        apart(work)
+    }
+}
+
+#[inline(never)]
+fn apart<W: Work>(work: W) -> W::Output {
+    work.work()
 }
 
 /// Where the compiler has an instruction for it.

@@ -11,22 +11,23 @@ mod x86;
 
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-pub(crate) use portable::Portable;
+pub use portable::{Flags, Portable};
 #[cfg(target_arch = "x86_64")]
-pub(crate) use x86::{Avx2, Avx512};
+pub use x86::{Avx2, Avx512, Mask256, Mask512};
 
 /// Lanes of a packet.
-pub(crate) const WIDTH: usize = 16;
+pub const WIDTH: usize = 16;
 
 /// Sixteen numbers in memory.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 #[repr(C, align(64))]
-pub(crate) struct Row(pub [f32; WIDTH]);
+pub struct Row(
+    /// Lane by lane.
+    pub [f32; WIDTH],
+);
 
 /// A yes or no for each lane.
-pub(crate) trait Mask:
-    Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self>
-{
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
     /// Lane i is bit i.
     fn from_bits(bits: u16) -> Self;
     /// Lane i is bit i.
@@ -37,7 +38,7 @@ pub(crate) trait Mask:
 /// passes one.
 ///
 /// Every method is meant to be inlined into a function that enables the instruction set at hand.
-pub(crate) trait Lanes:
+pub trait Lanes:
     Copy
     + Add<Output = Self>
     + Sub<Output = Self>
@@ -87,10 +88,20 @@ pub(crate) trait Lanes:
     /// Where an offset + `pitch` + 8 is beyond the end of `texels`.
     fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3];
 
+    /// Runs a piece of work as a function of its own, with the instruction set of these lanes: what is inlined
+    /// everywhere takes the compiler for ever.
+    fn apart<W: Work>(work: W) -> W::Output;
+
     /// Lane `lane`, through memory.
     #[inline(always)]
     fn lane(self, lane: usize) -> f32 {
         self.stored().0[lane % WIDTH]
+    }
+
+    /// The numbers of the lanes whose bit is set, 0 in the others.
+    #[inline(always)]
+    fn only(self, lanes: u16) -> [f32; WIDTH] {
+        Self::select(Self::Mask::from_bits(lanes), self, Self::splat(0.0)).stored().0
     }
 
     /// In memory.
@@ -102,11 +113,23 @@ pub(crate) trait Lanes:
     }
 }
 
+/// Work to be done by [`Lanes::apart`].
+pub trait Work {
+    /// What it gives.
+    type Output;
+
+    /// Does it. To be marked `#[inline(always)]`.
+    fn work(self) -> Self::Output;
+}
+
 /// A vector in each lane.
-#[derive(Clone, Copy)]
-pub(crate) struct Triple<V> {
+#[derive(Clone, Copy, Debug)]
+pub struct Triple<V> {
+    /// First coordinates.
     pub x: V,
+    /// Second coordinates.
     pub y: V,
+    /// Third coordinates.
     pub z: V,
 }
 
@@ -199,9 +222,17 @@ fn furthest(offsets: &[u32; WIDTH]) -> usize {
     furthest as usize
 }
 
+/// Puts a vector into a lane.
+#[inline(always)]
+pub fn put(rows: &mut [Row; 3], lane: usize, vector: [f32; 3]) {
+    for (row, coordinate) in rows.iter_mut().zip(vector) {
+        row.0[lane] = coordinate;
+    }
+}
+
 /// 2ˣ to 2 · 10⁻⁹ of its value before rounding; x ≤ 127, and what is below −126 counts as −126.
 #[inline(always)]
-pub(crate) fn exp2<V: Lanes>(x: V) -> V {
+pub fn exp2<V: Lanes>(x: V) -> V {
     // Minimax on [−½, ½] in relative error.
     const C: [f32; 7] = [
         1.0,
@@ -220,7 +251,7 @@ pub(crate) fn exp2<V: Lanes>(x: V) -> V {
 /// The angle of (x, y) from the x axis, in turns from −½ to ½; 0 for (0, 0). To 2 · 10⁻⁸ of its value before
 /// rounding.
 #[inline(always)]
-pub(crate) fn turns<V: Lanes>(y: V, x: V) -> V {
+pub fn turns<V: Lanes>(y: V, x: V) -> V {
     // Minimax of atan(q)/(2πq) in q² on [0, 1], in relative error.
     const C: [f32; 9] = [
         0.159_154_94,

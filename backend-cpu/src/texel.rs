@@ -1,9 +1,7 @@
 //! The environment for sixteen directions at a time: the twin of `spectral_core::environment`.
 
-use crate::{
-    lanes::{Lanes, Mask, Row, Triple, WIDTH, turns},
-    light::Light,
-};
+use crate::light::Light;
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, turns};
 use spectral_core::environment::LatLong;
 
 /// Where directions fall on the image.
@@ -97,4 +95,49 @@ fn at_the_edge(
         }
     }
     colours
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use accel::{Instructions, Task};
+    use glam::DVec3;
+    use spectral_core::environment::Environment;
+
+    struct Look<'a>(&'a Light, [Row; 3]);
+
+    impl Task for Look<'_> {
+        type Output = [Row; 3];
+
+        #[inline(always)]
+        fn run<V: Lanes>(self) -> [Row; 3] {
+            Aim::<V>::new(self.0, Triple::load(&self.1)).colours(self.0, 0xffff).stored()
+        }
+    }
+
+    #[test]
+    fn single_precision_agrees_with_the_core() {
+        let mut environment = Environment::image(LatLong::studio());
+        environment.rotation = 33.0;
+        let light = Light::new(&environment);
+        // A spiral over the sphere, poles included.
+        let direction = |k: usize| {
+            let (z, angle) = (1.0 - 2.0 * k as f64 / 9_999.0, 2.399_963 * k as f64);
+            DVec3::new((1.0 - z * z).sqrt() * angle.cos(), (1.0 - z * z).sqrt() * angle.sin(), z)
+        };
+        for first in (0..10_000).step_by(WIDTH) {
+            let mut rows = [Row::default(); 3];
+            for lane in 0..WIDTH {
+                accel::lanes::put(&mut rows, lane, direction(first + lane).as_vec3().to_array());
+            }
+            let found = Instructions::best().run(Look(&light, rows));
+            for lane in 0..WIDTH {
+                let exact = environment.rgb(direction(first + lane));
+                for c in 0..3 {
+                    let error = (f64::from(found[c].0[lane]) - exact[c]).abs();
+                    assert!(error < 2e-3 * exact[c].max(0.1), "{}", direction(first + lane));
+                }
+            }
+        }
+    }
 }

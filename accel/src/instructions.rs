@@ -1,9 +1,8 @@
-//! Which instruction set the packets run in: one source, chosen when a scene is opened.
+//! Which instruction set packets run in: one source, chosen at run time.
 
 use crate::lanes::{self, Lanes};
-use spectral_core::tracer::Backend;
 
-/// An instruction set that packets can be traced with. The picture is the same, bit for bit, in all of them.
+/// An instruction set for [`Lanes`]. Results are the same, bit for bit, in all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Instructions {
     /// AVX-512 (F, VL, DQ, BW): sixteen lanes a register.
@@ -15,10 +14,11 @@ pub enum Instructions {
 }
 
 /// Work that is the same in every instruction set.
-pub(crate) trait Task {
+pub trait Task {
+    /// What it gives.
     type Output;
 
-    /// To be marked `#[inline(always)]`, as must be all that handles lanes within.
+    /// Does it. To be marked `#[inline(always)]`, as must be all that handles lanes within.
     fn run<V: Lanes>(self) -> Self::Output;
 }
 
@@ -59,19 +59,8 @@ impl Instructions {
         }
     }
 
-    /// [`CPU`](crate::CPU) confined to this instruction set; on a machine without it, the portable one. For
-    /// tests and benchmarks: `CPU` itself takes [`Instructions::best`].
-    pub fn backend(self) -> Backend {
-        let open = match self {
-            Self::Avx512 => crate::tracer::open_avx512,
-            Self::Avx2 => crate::tracer::open_avx2,
-            Self::Portable => crate::tracer::open_portable,
-        };
-        Backend { open, ..crate::CPU }
-    }
-
     /// Runs a task in this instruction set, or the portable one where the machine lacks it.
-    pub(crate) fn run<T: Task>(self, task: T) -> T::Output {
+    pub fn run<T: Task>(self, task: T) -> T::Output {
         match self {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the features that the function enables are those that `available` has just found.

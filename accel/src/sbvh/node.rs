@@ -1,0 +1,57 @@
+//! A node of the binary tree, in 32 bytes.
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+
+use crate::bounds::Bounds;
+use crate::wide::{Costs, Form};
+
+/// A node of the binary tree in the builder's sparse array. All bits zero is a vacant place.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Node {
+    lo: [f32; 3],
+    link: u32,
+    hi: [f32; 3],
+    form: Form,
+}
+
+impl Node {
+    /// The box of one reference to a triangle.
+    pub fn leaf(bounds: Bounds, triangle: u32) -> (Node, Costs) {
+        (Node::new(bounds, triangle, Form::LEAF), Costs::leaf(bounds.half_area()))
+    }
+
+    /// A node whose children are at `first` and behind, with what they cost.
+    pub fn inner(bounds: Bounds, first: usize, left: &Costs, right: &Costs) -> (Node, Costs) {
+        let (form, costs) = Costs::inner(bounds.half_area(), left, right);
+        (Node::new(bounds, first as u32, form), costs)
+    }
+
+    fn new(bounds: Bounds, link: u32, form: Form) -> Node {
+        let (lo, hi) = bounds.corners();
+        Node { lo: lo.into(), link, hi: hi.into(), form }
+    }
+
+    pub fn lo(&self) -> Vec3 {
+        self.lo.into()
+    }
+
+    pub fn hi(&self) -> Vec3 {
+        self.hi.into()
+    }
+
+    /// Of an inner node the index of the first of two adjacent children; of a leaf its triangle.
+    pub fn link(&self) -> u32 {
+        self.link
+    }
+
+    /// How its subtree is best made of wide nodes.
+    pub fn form(&self) -> Form {
+        self.form
+    }
+
+    pub fn is_leaf(&self) -> bool {
+        self.form == Form::LEAF
+    }
+}

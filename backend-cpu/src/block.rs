@@ -1,0 +1,117 @@
+//! The wavelengths of a pixel's samples in blocks of sixteen lanes: what they have in common for all pixels.
+
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
+use spectral_core::prepare::{self, SpectralTable};
+
+/// The optics of a material on each lane.
+#[derive(Debug, Clone)]
+pub(crate) struct Medium {
+    /// Index of refraction n, n² and 1 − n².
+    pub index: [Row; 3],
+    /// The same of 1/n.
+    pub inverse: [Row; 3],
+    /// Extinction coefficient; above 0 for metals only.
+    pub k: Row,
+    /// Absorption as a power of two, 1/mm.
+    pub fade: Row,
+    /// Whether anything is absorbed.
+    pub absorbs: bool,
+    /// Whether it is a metal.
+    pub metal: bool,
+}
+
+/// Sixteen spectral lines. The lines of a pixel's samples follow each other, wavelengths innermost, so that a
+/// block may hold the end of one sample and the beginning of the next.
+#[derive(Debug, Clone)]
+pub(crate) struct Block {
+    /// The lanes that hold a line.
+    pub lanes: u16,
+    /// Of each lane, its sample counted from the pixel's first; empty lanes repeat the last.
+    pub sample: [u32; WIDTH],
+    /// By material.
+    pub media: Vec<Medium>,
+    /// Radiance of Smits's seven bases (white, cyan, magenta, yellow, red, green, blue), light and scale included.
+    basis: [Row; 7],
+}
+
+/// A spectral line of one sample's wavelength grid.
+struct Line<'a> {
+    sample: u32,
+    table: &'a SpectralTable,
+    index: usize,
+}
+
+impl Line<'_> {
+    fn basis(&self) -> &[f64; 7] {
+        &self.table.basis[self.index]
+    }
+}
+
+impl Medium {
+    /// From the optics on each lane.
+    fn new(lane: impl Fn(usize) -> prepare::Medium) -> Self {
+        let row = |value: &dyn Fn(&prepare::Medium) -> f64| {
+            Row(std::array::from_fn(|place| value(&lane(place)) as f32))
+        };
+        // n as single precision has it, so that all that is made of it fits together.
+        let n = |medium: &prepare::Medium| f64::from(medium.n as f32);
+        let fade = row(&|medium| medium.absorption * std::f64::consts::LOG2_E);
+        let k = row(&|medium| medium.k);
+        Medium {
+            index: [row(&n), row(&|m| n(m) * n(m)), row(&|m| 1.0 - n(m) * n(m))],
+            inverse: [
+                row(&|m| 1.0 / n(m)),
+                row(&|m| 1.0 / (n(m) * n(m))),
+                row(&|m| 1.0 - 1.0 / (n(m) * n(m))),
+            ],
+            absorbs: fade.0.iter().any(|a| *a > 0.0),
+            metal: k.0.iter().any(|k| *k > 0.0),
+            k,
+            fade,
+        }
+    }
+}
+
+impl Block {
+    /// The blocks of samples with these tables.
+    pub fn all<'a>(samples: impl Iterator<Item = &'a SpectralTable>) -> Vec<Self> {
+        let lines: Vec<Line<'_>> = (0..)
+            .zip(samples)
+            .flat_map(|(sample, table)| {
+                (0..table.wavelengths.len()).map(move |index| Line { sample, table, index })
+            })
+            .collect();
+        lines.chunks(WIDTH).map(Self::new).collect()
+    }
+
+    fn new(lines: &[Line<'_>]) -> Self {
+        let place = |lane: usize| &lines[lane.min(lines.len() - 1)];
+        let basis = |k: usize| Row(std::array::from_fn(|lane| place(lane).basis()[k] as f32));
+        let materials = lines.first().map_or(0, |line| line.table.media.len());
+        let medium = |m: usize| Medium::new(|lane| place(lane).table.media[m][place(lane).index]);
+        Block {
+            lanes: ((1u32 << lines.len()) - 1) as u16,
+            sample: std::array::from_fn(|lane| place(lane).sample),
+            media: (0..materials).map(medium).collect(),
+            basis: std::array::from_fn(basis),
+        }
+    }
+
+    /// Radiances of non-negative linear sRGB colours by Smits's expansion: the least component is white, what the
+    /// middle one has more is the secondary of the two larger, the rest is the primary of the largest. Where two
+    /// components are equal, either choice gives the same, since their difference is what it weighs.
+    #[inline(always)]
+    pub fn expand<V: Lanes>(&self, Triple { x: r, y: g, z: b }: Triple<V>) -> V {
+        let [white, cyan, magenta, yellow, red, green, blue] = &self.basis;
+        let least = r.min(g).min(b);
+        let most = r.max(g).max(b);
+        let middle = r.min(g).max(r.max(g).min(b));
+        // The secondary lacks the least component; the primary is the greatest.
+        let (r_over, g_over) = (least.lt(r), least.lt(g));
+        let secondary =
+            V::select(r_over, V::select(g_over, V::load(yellow), V::load(magenta)), V::load(cyan));
+        let (r_under, g_under) = (r.lt(most), g.lt(most));
+        let primary = V::select(r_under, V::select(g_under, V::load(blue), V::load(green)), V::load(red));
+        (most - middle).fma(primary, (middle - least).fma(secondary, least * V::load(white)))
+    }
+}

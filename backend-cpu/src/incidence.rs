@@ -1,0 +1,295 @@
+//! Rays meeting a surface, a wavelength a lane: the twin of `spectral_core::fresnel` and of
+//! `spectral_core::stokes`, with selections in place of branches.
+
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
+use spectral_core::{fresnel::conductor, stokes::any_axis};
+
+/// Rays that arrive at an interface between transparent media.
+#[derive(Clone, Copy)]
+pub(crate) struct Incidence<V: Lanes> {
+    /// Cosine of the angle of incidence, in (0, 1].
+    pub cos_i: V,
+    /// Index of refraction on this side over that beyond.
+    pub n: V,
+    /// √|cos²θ₂|: the cosine of the angle of refraction, or κ of the evanescent wave.
+    pub root: V,
+    /// Where reflection is total.
+    pub total: V::Mask,
+}
+
+impl<V: Lanes> Incidence<V> {
+    /// From the cosine, n, n² and 1 − n².
+    ///
+    /// cos²θ₂ = n²·cos²θ₁ + (1 − n²) by one fused multiply-add, the difference having been taken in double
+    /// precision when the table was made: near the critical angle the two cancel.
+    #[inline(always)]
+    pub fn new(cosine: V, n: V, n2: V, one_less_n2: V) -> Self {
+        // Never 0: where n = 1, both cosines would be.
+        let cos_i = cosine.min(V::splat(1.0)).max(V::splat(1e-12));
+        let cos2_t = (n2 * cos_i).fma(cos_i, one_less_n2);
+        let total = !V::splat(0.0).lt(cos2_t);
+        Incidence { cos_i, n, root: cos2_t.abs().sqrt(), total }
+    }
+
+    /// Between media with the indices `n` here and `beyond`.
+    #[inline(always)]
+    pub fn between(cosine: V, n: V, beyond: V) -> Self {
+        let ratio = n / beyond;
+        Self::new(cosine, ratio, ratio * ratio, ratio.fnma(ratio, V::splat(1.0)))
+    }
+
+    /// The unit direction of rays that go through, `normal` pointing ahead; where reflection is total some other finite vector.
+    #[inline(always)]
+    pub fn refracted(&self, direction: Triple<V>, normal: Triple<V>) -> Triple<V> {
+        let across = self.n.fma(self.cos_i, -self.root);
+        normal.fnma(across, direction.scaled(self.n)).renormalized()
+    }
+
+    /// The unit direction of rays that stay.
+    #[inline(always)]
+    pub fn reflected(&self, direction: Triple<V>, normal: Triple<V>) -> Triple<V> {
+        normal.fnma(self.cos_i + self.cos_i, direction).renormalized()
+    }
+
+    /// What is reflected, with the phases of total reflection.
+    #[inline(always)]
+    fn reflection(&self) -> Reflection<V> {
+        let (one, zero, half) = (V::splat(1.0), V::splat(0.0), V::splat(0.5));
+        // Total reflection turns the phase: tan(δ/2) = b/a (`fresnel::total`).
+        let a = self.n * self.cos_i.fnma(self.cos_i, one);
+        let b = self.root * self.cos_i;
+        let inverse = one / V::select(self.total, a.fma(a, b * b), self.denominator());
+        let [r_s, r_p] = self.amplitudes(inverse);
+        let (s, p) = ((r_s * r_s).min(one), (r_p * r_p).min(one));
+        Reflection {
+            mean: V::select(self.total, one, (s + p) * half),
+            difference: V::select(self.total, zero, (s - p) * half),
+            re: V::select(self.total, b.fnma(b, a * a) * inverse, r_s * r_p),
+            im: V::select(self.total, (a + a) * b * inverse, zero),
+        }
+    }
+
+    /// The mean reflectance.
+    #[inline(always)]
+    fn reflectance(&self) -> V {
+        let one = V::splat(1.0);
+        let [r_s, r_p] = self.amplitudes(one / self.denominator());
+        let mean = (r_s.fma(r_s, r_p * r_p) * V::splat(0.5)).min(one);
+        V::select(self.total, one, mean)
+    }
+
+    /// Of unpolarised light where reflection is not total: the mean reflectance, the mean transmittance, and half
+    /// the difference of the transmittances, s less p.
+    #[inline(always)]
+    pub fn shares(&self) -> [V; 3] {
+        let (one, half) = (V::splat(1.0), V::splat(0.5));
+        let [r_s, r_p] = self.amplitudes(one / self.denominator());
+        let (s, p) = ((r_s * r_s).min(one), (r_p * r_p).min(one));
+        let mean = (s + p) * half;
+        [mean, one - mean, (p - s) * half]
+    }
+
+    /// The amplitudes r_s and r_p where reflection is not total, with `inverse` of [`Self::denominator`].
+    #[inline(always)]
+    fn amplitudes(&self, inverse: V) -> [V; 2] {
+        let (c, t) = (self.cos_i, self.root);
+        let (s_sum, s_difference) = (self.n.fma(c, t), self.n.fma(c, -t));
+        let (p_sum, p_difference) = (self.n.fma(t, c), self.n.fnma(t, c));
+        [s_difference * (inverse * p_sum), p_difference * (inverse * s_sum)]
+    }
+
+    /// The product of both amplitudes' denominators: one division serves both.
+    #[inline(always)]
+    fn denominator(&self) -> V {
+        self.n.fma(self.cos_i, self.root) * self.n.fma(self.root, self.cos_i)
+    }
+}
+
+/// What a reflection does to a Stokes row: half the sum and half the difference of the powers of s and p, and the
+/// product of the amplitudes r_s and r_p*.
+#[derive(Clone, Copy)]
+pub(crate) struct Reflection<V> {
+    mean: V,
+    difference: V,
+    re: V,
+    im: V,
+}
+
+impl<V: Lanes> Reflection<V> {
+    /// At a metal with the indices n + ik, from a medium with the index `here`. Metals are rare, so each lane is
+    /// left to the core.
+    #[inline(never)]
+    pub fn metal(cosine: &Row, here: &Row, n: &Row, k: &Row) -> [Row; 4] {
+        let mut rows = [Row::default(); 4];
+        for lane in 0..WIDTH {
+            let event = conductor(cosine.0[lane], here.0[lane], n.0[lane], k.0[lane]);
+            rows[0].0[lane] = event.reflectance();
+            rows[1].0[lane] = (event.reflectance_s - event.reflectance_p) * 0.5;
+            [rows[2].0[lane], rows[3].0[lane]] = event.reflected_cross;
+        }
+        rows
+    }
+
+    /// From memory.
+    #[inline(always)]
+    pub fn load([mean, difference, re, im]: &[Row; 4]) -> Self {
+        Reflection { mean: V::load(mean), difference: V::load(difference), re: V::load(re), im: V::load(im) }
+    }
+}
+
+/// What the wavelengths carry along a path.
+pub(crate) trait Flux<V: Lanes>: Copy {
+    /// After entering: the mean of the transmittances, half their difference (s less p), and the axis e_s.
+    fn entering(mean: V, half: V, axis: &[Row; 3]) -> Self;
+    /// What arrives of unpolarised light of intensity 1.
+    fn intensity(&self) -> V;
+    /// Times a number.
+    fn scaled(self, factor: V) -> Self;
+    /// What leaves the eye along `direction`; `axis` is a unit vector perpendicular to it.
+    fn eye(axis: Triple<V>) -> Self;
+    /// What is reflected, and what goes through.
+    fn divide(self, direction: Triple<V>, normal: Triple<V>, incidence: &Incidence<V>) -> [Self; 2];
+    /// What is reflected by something opaque.
+    fn mirrored(self, direction: Triple<V>, normal: Triple<V>, reflection: &Reflection<V>) -> Self;
+    /// What is reflected, and the intensity of what goes through (0 where reflection is total).
+    fn split(self, direction: Triple<V>, normal: Triple<V>, incidence: &Incidence<V>) -> (Self, V);
+}
+
+/// Unpolarised at every event: the mean of s and p.
+#[derive(Clone, Copy)]
+pub(crate) struct Mean<V>(V);
+
+impl<V: Lanes> Flux<V> for Mean<V> {
+    #[inline(always)]
+    fn entering(mean: V, _half: V, _axis: &[Row; 3]) -> Self {
+        Mean(mean)
+    }
+
+    #[inline(always)]
+    fn intensity(&self) -> V {
+        self.0
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: V) -> Self {
+        Mean(self.0 * factor)
+    }
+
+    #[inline(always)]
+    fn split(self, _direction: Triple<V>, _normal: Triple<V>, at: &Incidence<V>) -> (Self, V) {
+        let reflectance = at.reflectance();
+        (Mean(self.0 * reflectance), self.0 * (V::splat(1.0) - reflectance))
+    }
+
+    #[inline(always)]
+    fn eye(_axis: Triple<V>) -> Self {
+        Mean(V::splat(1.0))
+    }
+
+    #[inline(always)]
+    fn divide(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> [Self; 2] {
+        let (reflected, through) = self.split(direction, normal, at);
+        [reflected, Mean(through)]
+    }
+
+    #[inline(always)]
+    fn mirrored(self, _direction: Triple<V>, _normal: Triple<V>, reflection: &Reflection<V>) -> Self {
+        Mean(self.0 * reflection.mean)
+    }
+}
+
+/// A Stokes row and the first axis of its frame.
+#[derive(Clone, Copy)]
+pub(crate) struct Polarized<V> {
+    row: [V; 4],
+    axis: Triple<V>,
+}
+
+impl<V: Lanes> Polarized<V> {
+    /// In the frame of the plane of incidence, whose axis is e_s: `spectral_core::stokes::align`. One division
+    /// serves the angle and, by its root, the axis.
+    #[inline(always)]
+    fn aligned(self, direction: Triple<V>, normal: Triple<V>) -> Self {
+        let [i, q, u, v] = self.row;
+        let s = direction.cross(normal);
+        let cos = s.dot(self.axis);
+        let sin = s.dot(self.axis.cross(direction));
+        let norm = cos.fma(cos, sin * sin);
+        // Within √ε of normal incidence s and p are the same, and s is rounding error.
+        let turned = V::splat(f32::EPSILON).lt(norm);
+        let inverse = V::splat(1.0) / norm.max(V::splat(f32::EPSILON));
+        let cos2 = V::select(turned, sin.fnma(sin, cos * cos) * inverse, V::splat(1.0));
+        let sin2 = V::select(turned, (cos + cos) * sin * inverse, V::splat(0.0));
+        let axis = Triple::select(turned, s.scaled(inverse.sqrt()), self.axis);
+        Polarized { row: [i, q.fma(cos2, u * sin2), q.fnma(sin2, u * cos2), v], axis }
+    }
+
+    /// Row · Mueller matrix, in the aligned frame.
+    #[inline(always)]
+    fn through(self, Reflection { mean, difference, re, im }: &Reflection<V>) -> Self {
+        let [i, q, u, v] = self.row;
+        let row = [
+            i.fma(*mean, q * *difference),
+            i.fma(*difference, q * *mean),
+            u.fma(*re, v * *im),
+            u.fnma(*im, v * *re),
+        ];
+        Polarized { row, ..self }
+    }
+}
+
+impl<V: Lanes> Flux<V> for Polarized<V> {
+    #[inline(always)]
+    fn entering(mean: V, half: V, axis: &[Row; 3]) -> Self {
+        let zero = V::splat(0.0);
+        Polarized { row: [mean, half, zero, zero], axis: Triple::load(axis) }
+    }
+
+    #[inline(always)]
+    fn intensity(&self) -> V {
+        self.row[0]
+    }
+
+    #[inline(always)]
+    fn scaled(self, factor: V) -> Self {
+        let [i, q, u, v] = self.row;
+        Polarized { row: [i * factor, q * factor, u * factor, v * factor], axis: self.axis }
+    }
+
+    #[inline(always)]
+    fn split(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> (Self, V) {
+        let aligned = self.aligned(direction, normal);
+        let reflection = at.reflection();
+        let [i, q, _, _] = aligned.row;
+        let leaving = q.fnma(reflection.difference, i * (V::splat(1.0) - reflection.mean));
+        (aligned.through(&reflection), leaving)
+    }
+
+    #[inline(always)]
+    fn eye(axis: Triple<V>) -> Self {
+        let zero = V::splat(0.0);
+        Polarized { row: [V::splat(1.0), zero, zero, zero], axis }
+    }
+
+    #[inline(always)]
+    fn divide(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> [Self; 2] {
+        let (one, zero) = (V::splat(1.0), V::splat(0.0));
+        let aligned = self.aligned(direction, normal);
+        let reflection = at.reflection();
+        let mean = one - reflection.mean;
+        let (s, p) = (mean - reflection.difference, mean + reflection.difference);
+        let re = (s.max(zero) * p.max(zero)).sqrt();
+        let refraction = Reflection { mean, difference: -reflection.difference, re, im: zero };
+        [aligned.through(&reflection), aligned.through(&refraction)]
+    }
+
+    #[inline(always)]
+    fn mirrored(self, direction: Triple<V>, normal: Triple<V>, reflection: &Reflection<V>) -> Self {
+        self.aligned(direction, normal).through(reflection)
+    }
+}
+
+/// The first axis of a camera ray's frame once it has met a surface: perpendicular to the plane of incidence.
+pub(crate) fn first_axis(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
+    spectral_core::stokes::align(direction, any_axis(direction), normal).axis
+}
