@@ -17,7 +17,7 @@ use spectral_core::{
     prepare::PreparedScene,
     scene::Background,
     stokes::Scalar,
-    tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+    tracer::{DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::marker::PhantomData;
 use std::ops::{ControlFlow, Range};
@@ -91,9 +91,9 @@ impl Tracer for CpuTracer {
         samples: Range<u32>,
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error> {
+    ) -> Result<TraceReport, Box<TraceFailure>> {
         let (kernel, scene) = (&self.kernel, &*self.kernel.scene);
-        let report = if let Path::Chain(chain) = &kernel.path {
+        let outcome = if let Path::Chain(chain) = &kernel.path {
             let tracer = ChainTracer { chain, scene, light: &kernel.light, lines: &kernel.lines };
             schedule::trace(&tracer, scene, &self.options, samples, film, progress)
         } else if scene.settings.polarized {
@@ -102,8 +102,15 @@ impl Tracer for CpuTracer {
         } else {
             let kernel = Pixelwise { kernel: Typed::<Scalar<f32>>(kernel, PhantomData), scene };
             schedule::trace(&kernel, scene, &self.options, samples, film, progress)
-        }?;
-        Ok(TraceReport { build: self.build.take().unwrap_or_default(), ..report })
+        };
+        let build = self.build.take().unwrap_or_default();
+        match outcome {
+            Ok(report) => Ok(TraceReport { build, ..report }),
+            Err(mut failure) => {
+                failure.report.build = build;
+                Err(failure)
+            }
+        }
     }
 }
 

@@ -4,8 +4,8 @@ use crate::Intersection;
 use ash::{khr, vk};
 use spectral_core::{
     Error,
-    kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT},
-    tracer::DeviceInfo,
+    kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT, overdue},
+    tracer::{DeviceInfo, Unusable},
 };
 use std::ffi::CStr;
 use std::sync::Arc;
@@ -32,30 +32,41 @@ impl Drop for Driver {
 }
 
 impl Driver {
-    /// `None` where there is no loader, or none of Vulkan 1.3.
-    fn load() -> Option<Self> {
+    /// Fails where there is no loader, or none of Vulkan 1.3.
+    fn load() -> Result<Self, Unusable> {
         // SAFETY: the system's Vulkan loader, whose initialisation asks nothing of the caller.
-        let entry = unsafe { ash::Entry::load() }.ok()?;
+        Self::of(unsafe { ash::Entry::load() })
+    }
+
+    fn of(entry: Result<ash::Entry, ash::LoadingError>) -> Result<Self, Unusable> {
+        let unusable = |reason| Unusable { name: "Vulkan loader".to_owned(), reason };
+        // What the system says of the library names the file that it looked for.
+        let entry = entry.map_err(|error| unusable(format!("it could not be loaded: {error}")))?;
         // SAFETY: valid; no arguments.
-        let version = unsafe { entry.try_enumerate_instance_version() }.ok()??;
-        if version < vk::API_VERSION_1_3 {
-            return None;
+        let version = unsafe { entry.try_enumerate_instance_version() };
+        if let Some(reason) = short_of_version(version.ok().flatten().unwrap_or(vk::API_VERSION_1_0)) {
+            return Err(unusable(reason));
         }
         let application =
             vk::ApplicationInfo::default().application_name(c"gemtrace").api_version(vk::API_VERSION_1_3);
         let info = vk::InstanceCreateInfo::default().application_info(&application);
         // SAFETY: valid.
-        let instance = unsafe { entry.create_instance(&info, None) }.ok()?;
-        Some(Driver { instance, _entry: entry })
+        let instance = unsafe { entry.create_instance(&info, None) }
+            .map_err(|result| unusable(format!("it finds no driver that works: {}", reason(result))))?;
+        Ok(Driver { instance, _entry: entry })
     }
 
     /// The devices that can run the kernel: hardware first.
     fn devices(&self) -> Vec<Physical> {
-        // SAFETY: alive.
-        let handles = unsafe { self.instance.enumerate_physical_devices() }.unwrap_or_default();
-        let mut devices: Vec<_> = handles.into_iter().filter_map(|h| Physical::new(self, h)).collect();
+        let all = self.handles().into_iter().filter_map(|handle| Physical::new(self, handle).ok());
+        let mut devices: Vec<_> = all.collect();
         devices.sort_by_key(|device| !device.hardware);
         devices
+    }
+
+    fn handles(&self) -> Vec<vk::PhysicalDevice> {
+        // SAFETY: alive.
+        unsafe { self.instance.enumerate_physical_devices() }.unwrap_or_default()
     }
 }
 
@@ -102,7 +113,8 @@ pub(crate) struct Limits {
 }
 
 impl Physical {
-    fn new(driver: &Driver, handle: vk::PhysicalDevice) -> Option<Self> {
+    /// Fails for a device that cannot run the kernel.
+    fn new(driver: &Driver, handle: vk::PhysicalDevice) -> Result<Self, Unusable> {
         let instance = &driver.instance;
         // SAFETY: alive.
         let (plain, families, memory) = unsafe {
@@ -112,11 +124,13 @@ impl Physical {
                 instance.get_physical_device_memory_properties(handle),
             )
         };
-        let able = plain.api_version >= vk::API_VERSION_1_3
-            && plain.limits.max_per_stage_descriptor_storage_buffers >= STORAGE_BUFFERS
-            && plain.limits.max_compute_work_group_invocations >= WORKGROUP;
+        let name = text(plain.device_name_as_c_str());
+        let unusable = |reason| Unusable { name: name.clone(), reason };
+        let short = short_of_version(plain.api_version).or_else(|| short_of(&plain.limits));
+        short.map_or(Ok(()), |reason| Err(unusable(reason)))?;
         let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
-        let family = families.iter().position(computes).filter(|_| able)? as u32;
+        let family = families.iter().position(computes);
+        let family = family.ok_or_else(|| unusable("it has no queue that computes".to_owned()))? as u32;
         let offered = Offered::by(instance, handle);
         let mut about = vk::PhysicalDeviceDriverProperties::default();
         let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
@@ -144,8 +158,8 @@ impl Physical {
             table_alignment: u64::from(tables.shader_group_base_alignment).max(1),
         };
         let hardware = plain.device_type != vk::PhysicalDeviceType::CPU;
-        let (name, driver) = (text(plain.device_name_as_c_str()), driver_text(&about));
-        Some(Physical { handle, name, driver, hardware, memory, limits, family, offered })
+        let driver = driver_text(&about);
+        Ok(Physical { handle, name, driver, hardware, memory, limits, family, offered })
     }
 
     fn offers(&self, form: Intersection) -> bool {
@@ -236,13 +250,43 @@ impl Intersection {
 
 /// What this machine offers.
 pub(crate) fn devices() -> Vec<DeviceInfo> {
-    let Some(driver) = Driver::load() else { return Vec::new() };
+    let Ok(driver) = Driver::load() else { return Vec::new() };
     driver.devices().iter().enumerate().map(|(index, device)| device.describe(index)).collect()
+}
+
+/// Devices that cannot run the kernel, and the lack of a loader or of any device.
+pub(crate) fn unusable() -> Vec<Unusable> {
+    let driver = match Driver::load() {
+        Ok(driver) => driver,
+        Err(unusable) => return vec![unusable],
+    };
+    let handles = driver.handles();
+    if handles.is_empty() {
+        let reason = "the loader is there, and no driver that it knows offers a device";
+        return vec![Unusable { name: "devices".to_owned(), reason: reason.to_owned() }];
+    }
+    handles.into_iter().filter_map(|handle| Physical::new(&driver, handle).err()).collect()
+}
+
+/// In what way a version of the API is too old.
+fn short_of_version(version: u32) -> Option<String> {
+    let (major, minor) = (vk::api_version_major(version), vk::api_version_minor(version));
+    (version < vk::API_VERSION_1_3).then(|| format!("it has Vulkan {major}.{minor}; 1.3 is needed"))
+}
+
+/// The first limit that is below what the kernel needs.
+fn short_of(limits: &vk::PhysicalDeviceLimits) -> Option<String> {
+    let needs = [
+        ("storage buffers a shader", limits.max_per_stage_descriptor_storage_buffers, STORAGE_BUFFERS),
+        ("invocations a workgroup", limits.max_compute_work_group_invocations, WORKGROUP),
+    ];
+    let short = needs.into_iter().find(|(_, has, needed)| has < needed);
+    short.map(|(what, has, needed)| format!("it has {has} {what}; {needed} are needed"))
 }
 
 /// What this machine offers that has a form of intersection, which is named for it; numbered as by [`devices`].
 pub(crate) fn devices_with(form: Intersection) -> Vec<DeviceInfo> {
-    let Some(driver) = Driver::load() else { return Vec::new() };
+    let Ok(driver) = Driver::load() else { return Vec::new() };
     let all = driver.devices().into_iter().enumerate();
     all.filter(|(_, device)| device.offers(form))
         .map(|(index, device)| DeviceInfo { intersection: form.name(), ..device.describe(index) })
@@ -290,7 +334,7 @@ impl Gpu {
     pub fn open(info: &DeviceInfo, asked: Option<Intersection>) -> Result<(Arc<Self>, Intersection), Error> {
         let failed = |message: &str| Error::Device { device: info.name.clone(), message: message.to_owned() };
         let gone = || failed("the device is no longer there");
-        let driver = Driver::load().ok_or_else(gone)?;
+        let driver = Driver::load().map_err(|_| gone())?;
         let physical = find(&driver, info).ok_or_else(gone)?;
         let form = asked.unwrap_or(physical.forms()[0]);
         if !physical.offers(form) {
@@ -440,16 +484,16 @@ impl Gpu {
 
     fn wait(&self, deadline: Duration, fence: vk::Fence, beat: &mut dyn FnMut()) -> Result<(), Error> {
         let start = Instant::now();
+        let patience = HEARTBEAT.min(deadline).as_nanos() as u64;
         loop {
             // SAFETY: alive.
-            match unsafe { self.device.wait_for_fences(&[fence], true, HEARTBEAT.as_nanos() as u64) } {
+            match unsafe { self.device.wait_for_fences(&[fence], true, patience) } {
                 Ok(()) => return Ok(()),
                 Err(vk::Result::TIMEOUT) => beat(),
                 Err(result) => return Err(self.failure("the kernel")(result)),
             }
             if start.elapsed() > deadline {
-                let message = format!("the kernel has not ended after {} seconds", deadline.as_secs());
-                return Err(self.error(message));
+                return Err(self.error(overdue(deadline)));
             }
         }
     }
@@ -467,5 +511,38 @@ fn reason(result: vk::Result) -> &'static str {
             "the driver refuses a feature that it lists"
         }
         _ => "the driver reports a failure of its own",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_missing_loader_is_named_with_the_file_looked_for() {
+        // SAFETY: there is no such library, so none is initialised.
+        let entry = unsafe { ash::Entry::load_from("libvulkan-that-is-not-here.so.1") };
+        let unusable = Driver::of(entry).err().expect("no loader");
+        assert_eq!(unusable.name, "Vulkan loader");
+        let reason = unusable.reason;
+        assert!(
+            reason.starts_with("it could not be loaded: ") && reason.contains("not-here.so.1"),
+            "{reason}"
+        );
+    }
+
+    #[test]
+    fn what_a_device_is_short_of_is_named_with_what_is_needed() {
+        assert_eq!(short_of_version(vk::API_VERSION_1_3), None);
+        let old = short_of_version(vk::make_api_version(0, 1, 1, 200)).expect("too old");
+        assert_eq!(old, "it has Vulkan 1.1; 1.3 is needed");
+        let limits = vk::PhysicalDeviceLimits {
+            max_per_stage_descriptor_storage_buffers: 4,
+            max_compute_work_group_invocations: 128,
+            ..Default::default()
+        };
+        assert_eq!(short_of(&limits).expect("short"), "it has 4 storage buffers a shader; 8 are needed");
+        let enough = vk::PhysicalDeviceLimits { max_per_stage_descriptor_storage_buffers: 8, ..limits };
+        assert_eq!(short_of(&enough), None);
     }
 }

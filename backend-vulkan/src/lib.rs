@@ -39,6 +39,7 @@ pub const VULKAN: Backend = Backend {
     name: "vulkan",
     about: "GPUs through Vulkan 1.3, with their ray tracing where they have it, single precision",
     devices: device::devices,
+    unusable: device::unusable,
     open: tracer::open,
 };
 
