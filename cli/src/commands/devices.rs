@@ -79,3 +79,33 @@ pub fn describe(device: &DeviceInfo) -> Value {
 fn describe_unusable(unusable: &Unusable) -> Value {
     json!({ "name": unusable.name, "reason": unusable.reason })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_cannot_be_used_is_listed_with_its_reason() {
+        let unusable = || {
+            vec![Unusable {
+                name: "Old Card".to_owned(),
+                reason: "it has Vulkan 1.1; 1.3 is needed".to_owned(),
+            }]
+        };
+        let without = Backend { name: "without", devices: Vec::new, unusable, ..backend_cpu::CPU };
+        let empty = Backend { name: "empty", devices: Vec::new, ..backend_cpu::CPU };
+        let report = list(&[backend_cpu::CPU, without, empty]);
+        let lines: Vec<_> = report.text.lines().collect();
+        assert!(
+            lines[1].starts_with("cpu      0       ") && lines[1].contains("hardware"),
+            "{}",
+            report.text
+        );
+        assert!(lines[2].starts_with("without  –       Old Card"), "{}", report.text);
+        assert!(lines[2].ends_with("unusable: it has Vulkan 1.1; 1.3 is needed"), "{}", report.text);
+        assert!(lines[3].ends_with("none on this machine"), "{}", report.text);
+        let json = &report.json["backends"];
+        assert_eq!(json[1]["unusable"][0]["name"], "Old Card");
+        assert_eq!(json[0]["devices"][0]["memory"], Value::Null);
+    }
+}
