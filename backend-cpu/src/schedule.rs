@@ -79,7 +79,7 @@ pub(crate) fn trace<K: TileTracer>(
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
     let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
-    let mut run = Run { scene, film, progress, ledger: Ledger::default(), done: 0, total };
+    let mut run = Run { film, progress, ledger: Ledger::default(), done: 0, total };
     let pass = samples_a_pass(tile, film_wavelengths(scene));
     let passes = samples.clone().step_by(pass as usize);
     let outcome = run.passes(
