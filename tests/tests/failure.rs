@@ -295,7 +295,7 @@ fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles_for_the_processor() {
 #[test]
 fn paths_beyond_a_devices_memory_are_refused_when_it_is_opened() {
     let (scene, settings) = view();
-    let wavelengths = (0..2000).map(|i| 400.0 + 0.1 * f64::from(i)).collect();
+    let wavelengths = (0..1024).map(|i| 400.0 + 0.1 * f64::from(i)).collect();
     let grid = spectral_core::wavelength::WavelengthGrid::list(wavelengths).expect("ascending");
     let settings = RenderSettings { wavelengths: grid, max_depth: 4096, spectral: false, ..settings };
     let scene = Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"));
