@@ -10,6 +10,7 @@ use spectral_core::{
     kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT, overdue},
     tracer::DeviceInfo,
 };
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -32,7 +33,8 @@ pub(crate) struct Gpu {
     pool: vk::CommandPool,
     name: String,
     failed: AtomicBool,
-    _driver: Driver,
+    /// Outlives a failed device, which may still run in it.
+    driver: ManuallyDrop<Driver>,
 }
 
 impl Drop for Gpu {
@@ -40,11 +42,13 @@ impl Drop for Gpu {
         if self.failed.load(Ordering::Relaxed) {
             return;
         }
-        // SAFETY: idle; whatever was made with this device held it, so nothing of it is left.
+        // SAFETY: idle; whatever was made with this device held it, so nothing of it is left. The driver goes last and
+        // is not used again.
         unsafe {
             self.device.destroy_pipeline_cache(self.cache, None);
             self.device.destroy_command_pool(self.pool, None);
             self.device.destroy_device(None);
+            ManuallyDrop::drop(&mut self.driver);
         }
     }
 }
@@ -118,7 +122,7 @@ impl Gpu {
             pool,
             name: physical.name.clone(),
             failed: AtomicBool::new(false),
-            _driver: driver,
+            driver: ManuallyDrop::new(driver),
         })
     }
 
