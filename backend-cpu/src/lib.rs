@@ -15,6 +15,8 @@ mod instructions;
 mod lanes;
 mod light;
 mod line;
+#[cfg(feature = "measure")]
+pub mod measure;
 mod planes;
 mod reference;
 mod schedule;
