@@ -15,7 +15,7 @@ mkdir -p "$work"
 
 warn() { echo "compare: $*" >&2; }
 
-packages=(g++ libembree-dev libtbb-dev libllvm15 python3-venv util-linux)
+packages=(g++ libembree-dev libtbb-dev libllvm19 python3-venv util-linux)
 missing=()
 for package in "${packages[@]}"; do
     dpkg -s "$package" >/dev/null 2>&1 || missing+=("$package")
@@ -42,5 +42,9 @@ RUSTFLAGS="-C target-cpu=native" CARGO_TARGET_DIR="$work/cargo" \
     cargo build -q --release --locked --manifest-path "$here/peers/Cargo.toml"
 g++ -std=c++17 -O3 -march=native -Wall -Wextra "$here/embree.cpp" -lembree3 -o "$work/embree" ||
     warn "Embree's part was not compiled"
+
+# Mitsuba compiles through LLVM; older ones than 19 lack what it asks for.
+llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
+[ -z "$llvm" ] || export DRJIT_LIBLLVM_PATH="$llvm"
 
 exec "$python" "$here/compare.py" --work "$work" --peers "$work/cargo/release/peers" --out "$root/docs" "$@"

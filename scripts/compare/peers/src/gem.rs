@@ -57,12 +57,16 @@ fn camera(middle: DVec3) -> Camera {
     let view = scene::camera();
     let forward = (view.look_at - view.position).normalize();
     let right = forward.cross(view.up).normalize();
+    let up = right.cross(forward);
+    let tangent = (scene::FOV.to_radians() / 2.0).tan();
+    // Its pixels are centred on whole numbers: half a pixel to the right and down.
+    let aimed = forward + (right - up) * (tangent / f64::from(scene::SIZE));
     Camera {
         origin: swapped(view.position - middle),
-        forward: swapped(forward),
+        forward: swapped(aimed),
         right: swapped(right),
-        up: swapped(right.cross(forward)),
-        fov_tan: (scene::FOV.to_radians() / 2.0).tan() as f32,
+        up: swapped(up),
+        fov_tan: tangent as f32,
     }
 }
 
