@@ -61,3 +61,54 @@ impl Task for Distances<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use spectral_core::{
+        camera::{Camera, Projection},
+        environment::Environment,
+        material::Catalogue,
+        scene::{Background, Scene, Stone},
+        settings::RenderSettings,
+        shape::ShapeSpec,
+    };
+    use std::sync::Arc;
+
+    #[test]
+    fn a_ray_from_the_middle_goes_as_far_as_the_nearest_plane_ahead() {
+        let (mesh, _) = ShapeSpec::by_name("round-brilliant").unwrap().cut().unwrap().solid().unwrap();
+        let diamond = Arc::new(Catalogue::builtin().get("diamond").unwrap().clone());
+        let scene = Scene {
+            camera: Camera {
+                position: [0.0, 0.0, 30.0].into(),
+                look_at: [0.0; 3].into(),
+                up: [0.0, 1.0, 0.0].into(),
+                projection: Projection::Perspective { fov: 14.0 },
+            },
+            width: 1,
+            height: 1,
+            background: Background::Transparent,
+            environment: Environment::uniform([1.0; 3]),
+            stones: vec![Stone { width: Some(6.5), ..Stone::new("stone", Arc::new(mesh), diamond) }],
+        };
+        let scene = PreparedScene::new(&scene, &RenderSettings::default()).unwrap();
+        let exits = Exits::new(&scene, Instructions::best()).unwrap();
+        let mut direction = [[0.0; WIDTH]; 3];
+        for lane in 0..WIDTH {
+            let angle = lane as f32;
+            (direction[0][lane], direction[2][lane]) = (angle.sin(), angle.cos());
+        }
+        let mut distances = [[0.0; WIDTH]];
+        exits.distances(&[RayPacket::new([[0.0; WIDTH]; 3], direction, u16::MAX)], &mut distances);
+        for lane in 0..WIDTH {
+            let towards = glam::DVec3::new(direction[0][lane].into(), 0.0, direction[2][lane].into());
+            let ahead = |f: &spectral_core::prepare::FacetPlane| {
+                let cosine = f.normal.dot(towards);
+                (cosine > 0.0).then(|| f.offset / cosine)
+            };
+            let exact = scene.geometry.facets.iter().filter_map(ahead).fold(f64::INFINITY, f64::min);
+            assert!((f64::from(distances[0][lane]) - exact).abs() < 1e-5, "{lane}: {exact}");
+        }
+    }
+}

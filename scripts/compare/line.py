@@ -25,5 +25,5 @@ class Line:
     aim: float | None
     caveat: str
     better: str = "more"
-    ratios: list = field(default_factory=list)
+    ratios: list = field(default_factory=list)  # one a round
     not_run: str | None = None

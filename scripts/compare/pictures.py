@@ -165,7 +165,7 @@ def line(studio, peer):
     made = Line(peer.what, peer.must, peer.aim, peer.caveat)
     try:
         samples, setting = samples_needed(studio, peer), cheapest(studio, peer)
-        for seed in range(1, peer.rounds + 1):
+        for seed in range(1, min(peer.rounds, studio.options.rounds) + 1):
             theirs = studio.theirs(peer, samples, seed)["cpu"]
             made.ratios.append(theirs / studio.ours(peer.mode, *setting)[1]["cpu"])
         made.caveat += f". {samples} samples against {setting[0]} of {setting[1]} wavelengths"
@@ -176,8 +176,8 @@ def line(studio, peer):
 
 
 def lines(bench, peers):
-    """The lines of the peers of these names."""
+    """By peer its lines."""
     if not peers:
-        return []
+        return {}
     studio = Studio(bench)
-    return [line(studio, PEERS[peer]) for peer in peers]
+    return {peer: [line(studio, PEERS[peer])] for peer in peers}

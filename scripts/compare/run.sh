@@ -4,6 +4,8 @@
 #
 # Usage: scripts/compare/run.sh [--rounds N] [--core N] [--only NAME,…]
 #
+# --only measures some of the groups kernels, mitsuba, indicatrix and luxcore; the others' lines stay as they were.
+#
 # Outside of the repository it installs only the Debian packages named here, and those only as root. Everything
 # else goes to target/compare. A peer that cannot be installed or fails is a line that says so.
 set -euo pipefail
@@ -39,7 +41,7 @@ done
 # Peers are compiled for this very machine, gemtrace with them: its own packets choose their instructions when they
 # run, so this is to the peers' advantage.
 RUSTFLAGS="-C target-cpu=native" CARGO_TARGET_DIR="$work/cargo" \
-    cargo build -q --release --locked --manifest-path "$here/peers/Cargo.toml"
+    cargo build -q --release --manifest-path "$here/peers/Cargo.toml"
 g++ -std=c++17 -O3 -march=native -Wall -Wextra "$here/embree.cpp" -lembree3 -o "$work/embree" ||
     warn "Embree's part was not compiled"
 

@@ -1,22 +1,27 @@
-"""The table: Markdown for people, JSON for what else there is to know."""
+"""The table: Markdown for people, JSON with the ratio of every round."""
 
 import json
 import statistics
+from dataclasses import asdict
 
-HEAD = """<!-- Written by scripts/compare/run.sh. -->
+from line import Line
 
-Ratios of one run: {rounds} rounds in an order that rotates, one core of an {machine} unless said. The figure is the
-median of the ratios inside each round; the spread is the least and the greatest of them.
+# The order of the table.
+GROUPS = ["kernels", "mitsuba", "indicatrix", "luxcore"]
 
-| What | Ratio | Spread | Must | Aim | Caveat |
-|---|---|---|---|---|---|
+HEAD = """<!-- Written by scripts/compare/run.sh: change it there. -->
+
+Each ratio is of one run, gemtrace and its peer in turn, by CPU time of one core of an {machine} unless said. The figure
+is the median of the ratios inside each round, the spread their least and greatest. A line without a target was not
+asked for.
+
+| What | Ratio | Spread | Rounds | Must | Aim | Caveat |
+|---|---|---|---|---|---|---|
 """
 
 
 def figure(value):
-    """Three significant digits."""
-    if value is None:
-        return "–"
+    """Two or three significant digits."""
     digits = 0 if value >= 100 else 1 if value >= 10 else 2
     return f"{value:.{digits}f}"
 
@@ -27,14 +32,12 @@ def bound(value, line):
 
 
 def row(line):
+    """A line in Markdown."""
     if line.not_run:
-        cells = ["not run", "–"]
-        caveat = f"not run: {line.not_run}"
+        cells, caveat = ["not run", "–", "0"], f"not run: {line.not_run}"
     else:
-        cells = [
-            f"{figure(statistics.median(line.ratios))}×",
-            f"{figure(min(line.ratios))}–{figure(max(line.ratios))}",
-        ]
+        spread = f"{figure(min(line.ratios))}–{figure(max(line.ratios))}"
+        cells = [f"{figure(statistics.median(line.ratios))}×", spread, str(len(line.ratios))]
         caveat = line.caveat
     cells = [line.what, *cells, bound(line.must, line), bound(line.aim, line), caveat]
     return "| " + " | ".join(cell.replace("|", "/") for cell in cells) + " |"
@@ -43,27 +46,25 @@ def row(line):
 def machine():
     """The processor's instruction set, by which ratios of kernels differ most."""
     with open("/proc/cpuinfo", encoding="utf-8") as info:
-        flags = info.read()
-    return "x86-64 processor with AVX-512" if "avx512f" in flags else "x86-64 processor without AVX-512"
+        return f"x86-64 processor {'with' if 'avx512f' in info.read() else 'without'} AVX-512"
 
 
-def write(options, lines, raw):
-    """Writes the table and the raw figures to the output folder."""
-    options.out.mkdir(parents=True, exist_ok=True)
-    head = HEAD.format(rounds=options.rounds, machine=machine())
-    text = head + "\n".join(map(row, lines)) + "\n"
-    figures = {
-        "lines": [
-            {"what": l.what, "ratios": l.ratios, "must": l.must, "aim": l.aim, "not_run": l.not_run}
-            for l in lines
-        ],
-        "raw": raw,
-    }
-    for name, content in [
-        ("performance-table.md", text),
-        ("performance-table.json", json.dumps(figures, indent=1, ensure_ascii=False) + "\n"),
-    ]:
-        temporary = options.out / f".{name}.part"
-        temporary.write_text(content, encoding="utf-8")
-        temporary.replace(options.out / name)
+def replace(file, text):
+    """Writes under another name first, so that nobody reads half a file."""
+    temporary = file.with_name(f".{file.name}.part")
+    temporary.write_text(text, encoding="utf-8")
+    temporary.replace(file)
+
+
+def write(folder, made):
+    """Writes the lines made, by group; other groups stay as they were."""
+    folder.mkdir(parents=True, exist_ok=True)
+    figures = folder / "performance-table.json"
+    kept = json.loads(figures.read_text(encoding="utf-8")) if figures.exists() else {}
+    for group, lines in made.items():
+        kept[group] = {"lines": [asdict(line) for line in lines]}
+    replace(figures, json.dumps(kept, indent=1, ensure_ascii=False) + "\n")
+    rows = [row(Line(**line)) for group in GROUPS if group in kept for line in kept[group]["lines"]]
+    text = HEAD.format(machine=machine()) + "\n".join(rows) + "\n"
+    replace(folder / "performance-table.md", text)
     print(text)

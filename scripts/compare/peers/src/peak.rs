@@ -35,8 +35,7 @@ fn rate(numbers: usize, task: impl Fn() -> f32) -> f64 {
     (numbers * STEPS) as f64 / time.elapsed().as_secs_f64()
 }
 
-/// # Safety
-/// The machine has AVX-512F.
+/// Sixteen chains of sixteen numbers.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx512f")]
 fn avx512() -> f32 {
@@ -51,14 +50,13 @@ fn avx512() -> f32 {
     chains.iter().map(|chain| _mm512_reduce_add_ps(*chain)).sum()
 }
 
-/// # Safety
-/// The machine has AVX2 and FMA.
+/// Twelve chains of eight numbers.
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2,fma")]
 fn avx2() -> f32 {
     use std::arch::x86_64::{_mm256_cvtss_f32, _mm256_fmadd_ps, _mm256_set1_ps};
     let (factor, term) = (_mm256_set1_ps(black_box(0.999)), _mm256_set1_ps(black_box(0.001)));
-    // Sixteen registers there are; two hold the factor and the term.
+    // There are sixteen registers, two of which hold the factor and the term.
     let mut chains = [_mm256_set1_ps(black_box(0.5)); 12];
     for _ in 0..STEPS {
         for chain in &mut chains {
