@@ -16,9 +16,12 @@ import numpy as np
 from line import Line, NotRun
 
 HERE = Path(__file__).parent
-CONVERGED = (64, 32)
-# Samples a pixel and wavelengths a sample: eight wavelengths carry every colour.
-SETTINGS = [(1, 8), (1, 16), (2, 8), (1, 32), (4, 8), (2, 16), (9, 8), (4, 16), (4, 32), (16, 8), (25, 8), (36, 8)]
+# Samples a pixel, wavelengths a sample, events on a path and the throughput at which it is broken off.
+CONVERGED = (64, 32, 64, 1e-4)
+# Eight wavelengths carry every colour. What is wanted to a tenth need not be followed to the end: what is left at the
+# last event leaves there.
+GRIDS = [(1, 8), (1, 16), (2, 8), (1, 32), (4, 8), (2, 16), (9, 8), (4, 16), (16, 8), (25, 8), (36, 8)]
+DEPTHS = [(16, 1e-2), (24, 1e-3), (64, 1e-4)]
 MOST_SAMPLES = 4096
 # A peer's mean, once near enough, may differ by so much of it: its own noise and the paths it breaks off.
 SAME_MEAN = 0.02
@@ -100,17 +103,17 @@ class Studio:
         """The floats of a file, a row a pixel."""
         return np.fromfile(file, np.float32).reshape(self.size**2, channels).astype(float)
 
-    def ours(self, mode, samples, wavelengths):
+    def ours(self, mode, setting):
         """gemtrace's picture and what it cost."""
         out = self.options.work / "ours.f32"
-        command = [self.options.peers, "picture", mode, samples, wavelengths, out]
-        result = self.bench.run(f"picture {mode} {samples} × {wavelengths}", command, self.options.core)
+        command = [self.options.peers, "picture", mode, *setting, out]
+        result = self.bench.run(" ".join(map(str, ["picture", mode, *setting])), command, self.options.core)
         return self.pixels(out, 4), result
 
     def reference(self, mode):
         """The stone's pixels and the converged picture there."""
         if mode not in self.converged:
-            pixels = self.ours(mode, *CONVERGED)[0]
+            pixels = self.ours(mode, CONVERGED)[0]
             stone = pixels[:, 3] >= 1
             self.converged[mode] = stone, pixels[stone, :3]
         return self.converged[mode]
@@ -149,12 +152,15 @@ def samples_needed(studio, peer):
 def cheapest(studio, peer):
     """The cheapest of our settings that is at least as near."""
     stone, reference = studio.reference(peer.mode)
-    enough = []
-    for setting in SETTINGS:
-        picture, result = studio.ours(peer.mode, *setting)
+    enough, most = [], float("inf")
+    for setting in [grid + depth for depth in DEPTHS for grid in GRIDS]:
+        if setting[0] * setting[1] > most:
+            continue
+        picture, result = studio.ours(peer.mode, setting)
         result["error"] = peer.error(picture[stone, :3], reference)
         if result["error"] <= peer.target:
             enough.append((result["cpu"], setting))
+            most = setting[0] * setting[1]
     if not enough:
         raise NotRun("gemtrace: none of the settings is near enough")
     return min(enough)[1]
@@ -167,8 +173,10 @@ def line(studio, peer):
         samples, setting = samples_needed(studio, peer), cheapest(studio, peer)
         for seed in range(1, min(peer.rounds, studio.options.rounds) + 1):
             theirs = studio.theirs(peer, samples, seed)["cpu"]
-            made.ratios.append(theirs / studio.ours(peer.mode, *setting)[1]["cpu"])
-        made.caveat += f". {samples} samples against {setting[0]} of {setting[1]} wavelengths"
+            made.ratios.append(theirs / studio.ours(peer.mode, setting)[1]["cpu"])
+        grid, depth = setting[:2], setting[2]
+        made.caveat += (f". {samples} samples against {grid[0]} of {grid[1]} wavelengths, followed for at most "
+                        f"{depth} events")
     except (NotRun, OSError, ValueError) as reason:
         made.not_run = str(reason)
         print(f"compare: {reason}", file=sys.stderr)

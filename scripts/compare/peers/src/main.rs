@@ -14,6 +14,7 @@ mod store;
 mod throughput;
 
 use serde_json::Value;
+use spectral_core::settings::RenderSettings;
 use std::{path::Path, process::ExitCode};
 
 /// Why a measurement was not made.
@@ -48,8 +49,10 @@ fn run(arguments: &[&str]) -> Result<Value, Failure> {
         ["build", mesh] => meshes::build(Path::new(mesh)),
         ["trace", mesh, rays] => meshes::trace(Path::new(mesh), Path::new(rays)),
         ["describe", folder] => ours::describe(Path::new(folder)),
-        ["picture", mode, samples, wavelengths, file] => {
-            ours::picture(mode, samples.parse()?, wavelengths.parse()?, Path::new(file))
+        ["picture", mode, samples, wavelengths, depth, threshold, file] => {
+            let settings = scene::deep(mode, samples.parse()?, wavelengths.parse()?)?;
+            let (max_depth, threshold) = (depth.parse()?, threshold.parse()?);
+            ours::picture(&RenderSettings { max_depth, threshold, ..settings }, Path::new(file))
         }
         ["indicatrix", samples, first, file] => {
             gem::picture(samples.parse()?, first.parse()?, Path::new(file))

@@ -8,7 +8,7 @@ use crate::{
 use backend_cpu::Instructions;
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
-use spectral_core::{film::Film, prepare::PreparedScene, tracer::OpenOptions};
+use spectral_core::{film::Film, prepare::PreparedScene, settings::RenderSettings, tracer::OpenOptions};
 use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
 /// Pictures of one measurement: a single one is over too soon to be timed well.
@@ -61,8 +61,8 @@ fn mean(film: &Film) -> f64 {
 }
 
 /// A picture in the grey studio as floats, X, Y, Z and coverage of each pixel.
-pub fn picture(mode: &str, samples: u32, wavelengths: usize, file: &Path) -> Result<Value, Failure> {
-    let scene = scene::prepared(Studio::Grey, &scene::deep(mode, samples, wavelengths)?)?;
+pub fn picture(settings: &RenderSettings, file: &Path) -> Result<Value, Failure> {
+    let scene = scene::prepared(Studio::Grey, settings)?;
     let Rendered { film, cpu, .. } = rendered(&scene, Instructions::best(), 1)?;
     let mut pixels = Vec::new();
     for y in 0..film.height() {
