@@ -28,7 +28,7 @@ class Bench:
             raise NotRun(f"{name}: {failure}") from failure
         if done.returncode != 0:
             last = (done.stderr.strip().splitlines() or ["no message"])[-1]
-            raise NotRun(f"{name}: {last}")
+            raise NotRun(f"{name}: stopped with {done.returncode}: {last}")
         # Libraries print what they like before and behind it.
         found = [line[line.index("{"):] for line in done.stdout.splitlines() if "{" in line]
         try:
