@@ -73,6 +73,14 @@ impl Chain {
     }
 }
 
+#[cfg(feature = "measure")]
+impl Chain {
+    /// The stone's planes.
+    pub fn planes(&self) -> &Planes {
+        &self.planes
+    }
+}
+
 impl TileTracer for ChainTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
         let (wavelengths, count) = (self.scene.wavelength_count(), samples.len());

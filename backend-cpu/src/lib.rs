@@ -13,6 +13,8 @@ mod block;
 mod chain;
 mod incidence;
 mod light;
+#[cfg(feature = "measure")]
+pub mod measure;
 mod planes;
 mod reference;
 mod schedule;
