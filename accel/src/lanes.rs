@@ -152,10 +152,22 @@ impl<V: Lanes> Triple<V> {
         [self.x.stored(), self.y.stored(), self.z.stored()]
     }
 
-    /// The inner product.
+    /// The inner product, every operation fused that can be.
     #[inline(always)]
     pub fn dot(self, other: Self) -> V {
         self.z.fma(other.z, self.y.fma(other.y, self.x * other.x))
+    }
+
+    /// The inner product, no operation fused: as shaders compute it, which have no say in what is fused.
+    #[inline(always)]
+    pub fn dot_unfused(self, other: Self) -> V {
+        self.x * other.x + self.y * other.y + self.z * other.z
+    }
+
+    /// The sum, and with [`scaled`](Self::scaled) the unfused form of [`fma`](Self::fma).
+    #[inline(always)]
+    pub fn plus(self, other: Self) -> Self {
+        Triple { x: self.x + other.x, y: self.y + other.y, z: self.z + other.z }
     }
 
     /// The vector product.
@@ -197,8 +209,7 @@ impl<V: Lanes> Triple<V> {
     /// One Newton step towards length 1: keeps the rounding of a hundred reflections from adding up.
     #[inline(always)]
     pub fn renormalized(self) -> Self {
-        let half = V::splat(0.5);
-        self.scaled(half.fnma(self.dot(self), V::splat(1.5)))
+        self.scaled(V::splat(1.5) - V::splat(0.5) * self.dot_unfused(self))
     }
 
     /// `yes` where the mask is set, else `no`.

@@ -8,8 +8,8 @@ use spectral_core::prepare::{self, SpectralTable};
 pub(crate) struct Medium {
     /// Index of refraction n, n² and 1 − n².
     pub index: [Row; 3],
-    /// The same of 1/n.
-    pub inverse: [Row; 3],
+    /// The same of 1/n, and what rounding took from the latter two.
+    pub inverse: [Row; 5],
     /// Extinction coefficient; above 0 for metals only.
     pub k: Row,
     /// Absorption as a power of two, 1/mm.
@@ -55,14 +55,20 @@ impl Medium {
         };
         // n as single precision has it, so that all that is made of it fits together.
         let n = |medium: &prepare::Medium| f64::from(medium.n as f32);
+        let inverse = |medium: &prepare::Medium| f64::from((1.0 / n(medium)) as f32);
+        let square = |medium: &prepare::Medium| inverse(medium) * inverse(medium);
+        let one_less = |medium: &prepare::Medium| 1.0 - square(medium);
+        let rest = |value: f64| value - f64::from(value as f32);
         let fade = row(&|medium| medium.absorption * std::f64::consts::LOG2_E);
         let k = row(&|medium| medium.k);
         Medium {
             index: [row(&n), row(&|m| n(m) * n(m)), row(&|m| 1.0 - n(m) * n(m))],
             inverse: [
-                row(&|m| 1.0 / n(m)),
-                row(&|m| 1.0 / (n(m) * n(m))),
-                row(&|m| 1.0 - 1.0 / (n(m) * n(m))),
+                row(&inverse),
+                row(&square),
+                row(&one_less),
+                row(&|m| rest(square(m))),
+                row(&|m| rest(one_less(m))),
             ],
             absorbs: fade.0.iter().any(|a| *a > 0.0),
             metal: k.0.iter().any(|k| *k > 0.0),

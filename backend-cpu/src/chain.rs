@@ -8,7 +8,7 @@ use crate::{
     block::Block,
     incidence::{Flux, Mean, Polarized, first_axis},
     light::Light,
-    planes::{Planes, adjacent},
+    planes::Planes,
     schedule::{Finished, TileTracer},
     texel::Aim,
 };
@@ -61,15 +61,22 @@ impl Chain {
     pub fn new(scene: &PreparedScene, instructions: Instructions) -> Option<Self> {
         let stone = scene.lone_convex_stone()?;
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
-        let facets = &scene.geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
         Some(Chain {
-            planes: Planes::new(facets, &adjacent(&scene.geometry), scene.geometry.rounding().margin),
+            planes: Planes::new(&scene.geometry, stone),
             material: stone.material as usize,
             max_depth,
             threshold: threshold as f32,
             leftover,
             instructions,
         })
+    }
+}
+
+#[cfg(feature = "measure")]
+impl Chain {
+    /// The stone's planes.
+    pub fn planes(&self) -> &Planes {
+        &self.planes
     }
 }
 

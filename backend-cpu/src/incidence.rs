@@ -31,6 +31,26 @@ impl<V: Lanes> Incidence<V> {
         Incidence { cos_i, n, root: cos2_t.abs().sqrt(), total }
     }
 
+    /// From outside: as [`new`](Self::new), with the rounding errors of the products and of the constants added
+    /// back. All that follows depends on this direction, so it is worth the last bit.
+    #[inline(always)]
+    pub fn entering(cosine: V, inverse: &[Row; 5]) -> Self {
+        let [n, n2, one_less, n2_rest, one_less_rest] = inverse;
+        let (n, n2, one_less) = (V::load(n), V::load(n2), V::load(one_less));
+        let (n2_rest, one_less_rest) = (V::load(n2_rest), V::load(one_less_rest));
+        let cos_i = cosine.min(V::splat(1.0)).max(V::splat(1e-12));
+        let product = n2 * cos_i;
+        let product_rest = n2_rest.fma(cos_i, n2.fma(cos_i, -product));
+        let rest = product_rest.fma(cos_i, one_less_rest);
+        let square = product * cos_i;
+        let square_rest = product.fma(cos_i, -square);
+        let sum = one_less + square;
+        let sum_rest = square - (sum - one_less);
+        let cos2_t = sum + (sum_rest + (square_rest + rest));
+        let total = !V::splat(0.0).lt(cos2_t);
+        Incidence { cos_i, n, root: cos2_t.abs().sqrt(), total }
+    }
+
     /// Between media with the indices `n` here and `beyond`.
     #[inline(always)]
     pub fn between(cosine: V, n: V, beyond: V) -> Self {
@@ -41,14 +61,14 @@ impl<V: Lanes> Incidence<V> {
     /// The unit direction of rays that go through, `normal` pointing ahead; where reflection is total some other finite vector.
     #[inline(always)]
     pub fn refracted(&self, direction: Triple<V>, normal: Triple<V>) -> Triple<V> {
-        let across = self.n.fma(self.cos_i, -self.root);
-        normal.fnma(across, direction.scaled(self.n)).renormalized()
+        let across = self.n * self.cos_i - self.root;
+        direction.scaled(self.n).plus(normal.scaled(-across)).renormalized()
     }
 
     /// The unit direction of rays that stay.
     #[inline(always)]
     pub fn reflected(&self, direction: Triple<V>, normal: Triple<V>) -> Triple<V> {
-        normal.fnma(self.cos_i + self.cos_i, direction).renormalized()
+        direction.plus(normal.scaled(-(self.cos_i + self.cos_i))).renormalized()
     }
 
     /// What is reflected, with the phases of total reflection.

@@ -13,6 +13,8 @@ mod block;
 mod chain;
 mod incidence;
 mod light;
+#[cfg(feature = "measure")]
+pub mod measure;
 mod planes;
 mod reference;
 mod schedule;
@@ -30,6 +32,7 @@ pub const CPU: Backend = Backend {
     name: "cpu",
     about: "this machine's processor, single precision",
     devices: || vec![device("cpu", "SBVH, or facet planes for one convex stone")],
+    unusable: Vec::new,
     open: tracer::open,
 };
 
@@ -38,6 +41,7 @@ pub const REFERENCE: Backend = Backend {
     name: "reference",
     about: "double precision, every surface tested: slow, the others are held to it",
     devices: || vec![device("reference", "every triangle, double precision")],
+    unusable: Vec::new,
     open: reference::open,
 };
 

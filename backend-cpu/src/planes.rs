@@ -11,7 +11,7 @@
 //! on how rays were grouped.
 
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
-use spectral_core::prepare::{FacetPlane, Geometry};
+use spectral_core::prepare::{FacetPlane, Geometry, PreparedStone};
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -78,9 +78,11 @@ impl<V: Lanes> Exit<V> {
 }
 
 impl Planes {
-    /// The planes of a convex stone, and for each facet those that bound its polygon. `margin` bounds the
-    /// rounding of a point's distance from a plane, mm.
-    pub fn new(facets: &[FacetPlane], adjacent: &[Vec<usize>], margin: f32) -> Self {
+    /// The planes of a convex stone.
+    pub fn new(geometry: &Geometry, stone: &PreparedStone) -> Self {
+        let margin = geometry.rounding().margin;
+        let facets = &geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
+        let adjacent = adjacent(geometry, stone);
         let mut sides = Vec::new();
         let facet = |(plane, around): (&FacetPlane, &Vec<usize>)| {
             let first = sides.len() / UNROLLED;
@@ -94,7 +96,7 @@ impl Planes {
             let normal = plane.normal.as_vec3().to_array();
             Facet { normal, offset: plane.offset as f32, around: first..sides.len() / UNROLLED }
         };
-        let facets_around: Vec<Facet> = facets.iter().zip(adjacent).map(facet).collect();
+        let facets_around: Vec<Facet> = facets.iter().zip(&adjacent).map(facet).collect();
         let sides = sides.as_chunks().0.to_vec();
         Planes { blocks: blocks(facets), facets: facets_around, sides }
     }
@@ -152,11 +154,13 @@ impl Planes {
     fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
         let Facet { normal, offset, around } = &self.facets[facet];
         let normal = Triple::splat(*normal);
-        let cosine = normal.dot(direction);
+        // What becomes of the ray is computed unfused, as the shaders do it: two backends that round alike pass the
+        // edges of facets on the same side, after however many reflections.
+        let cosine = normal.dot_unfused(direction);
         let zero = V::splat(0.0);
-        let gap = (V::splat(*offset) - normal.dot(origin)).max(zero);
+        let gap = (V::splat(*offset) - normal.dot_unfused(origin)).max(zero);
         let distance = gap / cosine;
-        let point = direction.fma(distance, origin);
+        let point = direction.scaled(distance).plus(origin);
         let mut inside = zero.lt(cosine);
         for group in &self.sides[around.clone()] {
             for side in group {
@@ -239,29 +243,31 @@ fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
     blocks
 }
 
-/// For each facet, in ascending order, the facets that bound its polygon: those that it shares an edge with, and,
-/// so that a margin on the former holds for the latter too, those that it shares only a corner with and that are
-/// nearly parallel to it.
-pub(crate) fn adjacent(geometry: &Geometry) -> Vec<Vec<usize>> {
+/// For each facet of a stone, counted from its first, in ascending order the facets that bound its polygon: those
+/// that it shares an edge with, and, so that a margin on the former holds for the latter too, those that it shares
+/// only a corner with and that are nearly parallel to it.
+fn adjacent(geometry: &Geometry, stone: &PreparedStone) -> Vec<Vec<usize>> {
     /// Cosine of the angle below which planes are nearly parallel.
     const NEARLY: f64 = 0.98;
+    let (first, last) = (stone.facets.start as usize, stone.facets.end as usize);
+    let facets = &geometry.facets[first..last];
     let mut corners: HashMap<u32, Vec<usize>> = HashMap::new();
     let mut edges = HashMap::new();
-    for (triangle, &facet) in geometry.triangles.iter().zip(&geometry.facet_of) {
+    for t in stone.triangles.start as usize..stone.triangles.end as usize {
+        let (triangle, facet) = (geometry.triangles[t], geometry.facet_of[t] as usize - first);
         for k in 0..3 {
-            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet as usize);
-            corners.entry(triangle[k]).or_default().push(facet as usize);
+            edges.insert((triangle[k], triangle[(k + 1) % 3]), facet);
+            corners.entry(triangle[k]).or_default().push(facet);
         }
     }
-    let mut adjacent = vec![Vec::new(); geometry.facets.len()];
+    let mut adjacent = vec![Vec::new(); facets.len()];
     for (&(from, to), &facet) in &edges {
         adjacent[facet].extend(edges.get(&(to, from)));
     }
     for around in corners.values() {
         for &facet in around {
-            let normal = geometry.facets[facet].normal;
-            adjacent[facet]
-                .extend(around.iter().filter(|&&j| geometry.facets[j].normal.dot(normal) > NEARLY));
+            let normal = facets[facet].normal;
+            adjacent[facet].extend(around.iter().filter(|&&j| facets[j].normal.dot(normal) > NEARLY));
         }
     }
     for (facet, list) in adjacent.iter_mut().enumerate() {

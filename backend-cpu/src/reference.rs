@@ -19,7 +19,7 @@ use spectral_core::{
     scene::Background,
     settings::Leftover,
     stokes::Scalar,
-    tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+    tracer::{DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
     upsample::smits::Weights,
 };
 use std::marker::PhantomData;
@@ -57,7 +57,7 @@ impl Tracer for Reference {
         samples: Range<u32>,
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error> {
+    ) -> Result<TraceReport, Box<TraceFailure>> {
         let options = &self.options;
         if self.scene.settings.polarized {
             let kernel = Typed::<Polarized<f64>>(self, PhantomData);

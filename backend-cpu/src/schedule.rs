@@ -7,10 +7,10 @@ use crate::account::{Account, Ledger};
 use rayon::prelude::*;
 use spectral_core::{
     Error,
-    film::{Film, PixelSample, Tile, TileSums},
+    film::{Film, Missing, PixelSample, Tile, TileSums},
     prepare::{PreparedScene, SpectralTable},
     settings::pixel_offset,
-    tracer::{OpenOptions, Progress, TraceReport, check_call},
+    tracer::{OpenOptions, Progress, TraceFailure, TraceReport, check_call},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,7 +69,7 @@ impl Finished {
     }
 }
 
-/// Adds `samples` of every pixel to `film`.
+/// Brings every pixel of `film` up to the end of `samples`.
 pub(crate) fn trace<K: TileTracer>(
     kernel: &K,
     scene: &PreparedScene,
@@ -77,7 +77,7 @@ pub(crate) fn trace<K: TileTracer>(
     samples: Range<u32>,
     film: &mut Film,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-) -> Result<TraceReport, Error> {
+) -> Result<TraceReport, Box<TraceFailure>> {
     check_call(scene, &samples, film)?;
     let start = Instant::now();
     let pool = rayon::ThreadPoolBuilder::new()
@@ -86,24 +86,27 @@ pub(crate) fn trace<K: TileTracer>(
         .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))?;
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
-    let mut run = Run { film, progress, ledger: Ledger::default(), done: 0, total: 0 };
-    run.total = u64::from(scene.width) * u64::from(scene.height) * samples.len() as u64;
+    let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
+    let mut run = Run { film, progress, ledger: Ledger::default(), done: 0, total };
     let pass = samples_a_pass(tile, film_wavelengths(scene));
-    let mut finished = true;
-    for first in samples.clone().step_by(pass as usize) {
-        let range = first..samples.end.min(first.saturating_add(pass));
-        finished = run.pass(kernel, &pool, &tiles, range)?;
-        if !finished {
-            break;
-        }
-    }
-    Ok(TraceReport {
-        finished,
+    let passes = samples.clone().step_by(pass as usize);
+    let outcome = run.passes(
+        kernel,
+        &pool,
+        &tiles,
+        passes.map(|first| first..samples.end.min(first.saturating_add(pass))),
+    );
+    let report = TraceReport {
+        finished: outcome.as_ref().is_ok_and(|finished| *finished),
         rays: run.ledger.rays(),
         energy: run.ledger.energy(),
         build: Duration::ZERO,
         trace: start.elapsed(),
-    })
+    };
+    match outcome {
+        Ok(_) => Ok(report),
+        Err(error) => Err(Box::new(TraceFailure { error, report })),
+    }
 }
 
 fn film_wavelengths(scene: &PreparedScene) -> usize {
@@ -137,27 +140,42 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// One pass over all tiles; false if the caller broke it off.
-    fn pass<K: TileTracer>(
+    /// Pass after pass over all tiles; false if the caller broke it off.
+    fn passes<K: TileTracer>(
         &mut self,
         kernel: &K,
         pool: &rayon::ThreadPool,
         tiles: &[Tile],
-        samples: Range<u32>,
+        passes: impl Iterator<Item = Range<u32>>,
+    ) -> Result<bool, Error> {
+        for samples in passes {
+            let pieces: Vec<_> = tiles.iter().flat_map(|&tile| self.film.missing(tile, &samples)).collect();
+            if !self.pass(kernel, pool, &pieces)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// One pass; false if the caller broke it off.
+    fn pass<K: TileTracer>(
+        &mut self,
+        kernel: &K,
+        pool: &rayon::ThreadPool,
+        pieces: &[Missing],
     ) -> Result<bool, Error> {
         let stop = AtomicBool::new(false);
         // Bounded, so that a slow reader holds the workers back rather than filling memory.
         let (sender, receiver) = mpsc::sync_channel::<Finished>(2 * pool.current_num_threads());
         std::thread::scope(|scope| {
             let stop = &stop;
-            let samples = &samples;
             let workers = scope.spawn(move || {
                 pool.install(|| {
-                    tiles.par_iter().with_max_len(1).for_each_with(sender, |sender, &tile| {
+                    pieces.par_iter().with_max_len(1).for_each_with(sender, |sender, piece| {
                         if stop.load(Ordering::Relaxed) {
                             return;
                         }
-                        if let Some(finished) = kernel.tile(tile, samples.clone(), stop) {
+                        if let Some(finished) = kernel.tile(piece.tile, piece.samples.clone(), stop) {
                             // The receiver is gone only when the caller failed; nothing is left to tell.
                             let _ = sender.send(finished);
                         }

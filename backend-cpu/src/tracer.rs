@@ -12,7 +12,7 @@ use spectral_core::{
     Error,
     film::Film,
     prepare::PreparedScene,
-    tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+    tracer::{DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -86,9 +86,9 @@ impl Tracer for CpuTracer {
         samples: Range<u32>,
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error> {
+    ) -> Result<TraceReport, Box<TraceFailure>> {
         let (scene, light, options) = (&*self.scene, &self.light, &self.options);
-        let report = match &self.path {
+        let outcome = match &self.path {
             Path::Chain(chain) => {
                 let tracer = ChainTracer { chain, scene, light };
                 schedule::trace(&tracer, scene, options, samples, film, progress)
@@ -97,7 +97,14 @@ impl Tracer for CpuTracer {
                 let tracer = TreeTracer { tree, scene, light };
                 schedule::trace(&tracer, scene, options, samples, film, progress)
             }
-        }?;
-        Ok(TraceReport { build: self.build.take().unwrap_or_default(), ..report })
+        };
+        let build = self.build.take().unwrap_or_default();
+        match outcome {
+            Ok(report) => Ok(TraceReport { build, ..report }),
+            Err(mut failure) => {
+                failure.report.build = build;
+                Err(failure)
+            }
+        }
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     block::Block,
     incidence::{Flux, Mean, Polarized},
     light::Light,
-    planes::{Planes, adjacent},
+    planes::Planes,
     schedule::{Finished, TileTracer},
     surface::{Crossing, Surfaces},
 };
@@ -76,16 +76,9 @@ impl Tree {
     pub fn new(scene: &PreparedScene, surfaces: Surfaces, instructions: Instructions) -> Self {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let geometry = &scene.geometry;
-        let around = adjacent(geometry);
-        let margin = geometry.rounding().margin;
-        let planes = |stone: &PreparedStone| {
-            let range = stone.facets.start as usize..stone.facets.end as usize;
-            let own = |list: &Vec<usize>| list.iter().map(|j| j - range.start).collect();
-            let around: Vec<Vec<usize>> = around[range.clone()].iter().map(own).collect();
-            Planes::new(&geometry.facets[range], &around, margin)
-        };
         let by_rank = || geometry.stone_of_rank.iter().map(|&index| &geometry.stones[index as usize]);
-        let alone = by_rank().map(|stone| is_alone(stone, scene).then(|| planes(stone))).collect();
+        let alone =
+            by_rank().map(|stone| is_alone(stone, scene).then(|| Planes::new(geometry, stone))).collect();
         let few = geometry.stones.len() <= FEW;
         let spheres = if few { by_rank().map(sphere).collect() } else { Vec::new() };
         let threshold = threshold as f32;
@@ -118,7 +111,7 @@ fn is_alone(stone: &PreparedStone, scene: &PreparedScene) -> bool {
             || (stone.high + gap).cmplt(other.low).any()
             || facets.iter().any(|facet| beyond(other, facet))
     };
-    stone.convex && !stone.conductor && geometry.stones.iter().all(apart)
+    stone.has_few_planes() && !stone.conductor && geometry.stones.iter().all(apart)
 }
 
 /// A sphere about a stone's box, a little larger than rounding needs.

@@ -1,257 +1,22 @@
-//! The loader, physical devices, and what they offer.
+//! An open device: submitting work, waiting for it, and what it says when it fails.
 
-use crate::Intersection;
+use crate::{
+    Intersection,
+    physical::{Driver, Limits, Physical, find},
+};
 use ash::{khr, vk};
 use spectral_core::{
     Error,
-    kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT},
+    kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT, overdue},
     tracer::DeviceInfo,
 };
-use std::ffi::CStr;
+use std::mem::ManuallyDrop;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Invocations a workgroup: a multiple of every subgroup size in use.
 pub(crate) const WORKGROUP: u32 = 64;
-/// What `trace` and `gather` bind at most.
-const STORAGE_BUFFERS: u32 = 8;
-
-/// The loader with an instance.
-struct Driver {
-    instance: ash::Instance,
-    /// The library must stay for as long as its functions.
-    _entry: ash::Entry,
-}
-
-impl Drop for Driver {
-    fn drop(&mut self) {
-        // SAFETY: alive; devices hold the driver they come from, so none is left.
-        unsafe { self.instance.destroy_instance(None) };
-    }
-}
-
-impl Driver {
-    /// `None` where there is no loader, or none of Vulkan 1.3.
-    fn load() -> Option<Self> {
-        // SAFETY: the system's Vulkan loader, whose initialisation asks nothing of the caller.
-        let entry = unsafe { ash::Entry::load() }.ok()?;
-        // SAFETY: valid; no arguments.
-        let version = unsafe { entry.try_enumerate_instance_version() }.ok()??;
-        if version < vk::API_VERSION_1_3 {
-            return None;
-        }
-        let application =
-            vk::ApplicationInfo::default().application_name(c"gemtrace").api_version(vk::API_VERSION_1_3);
-        let info = vk::InstanceCreateInfo::default().application_info(&application);
-        // SAFETY: valid.
-        let instance = unsafe { entry.create_instance(&info, None) }.ok()?;
-        Some(Driver { instance, _entry: entry })
-    }
-
-    /// The devices that can run the kernel: hardware first.
-    fn devices(&self) -> Vec<Physical> {
-        // SAFETY: alive.
-        let handles = unsafe { self.instance.enumerate_physical_devices() }.unwrap_or_default();
-        let mut devices: Vec<_> = handles.into_iter().filter_map(|h| Physical::new(self, h)).collect();
-        devices.sort_by_key(|device| !device.hardware);
-        devices
-    }
-}
-
-/// A physical device that can run the kernel.
-struct Physical {
-    handle: vk::PhysicalDevice,
-    name: String,
-    driver: String,
-    hardware: bool,
-    memory: vk::PhysicalDeviceMemoryProperties,
-    limits: Limits,
-    /// The queue family to use.
-    family: u32,
-    /// Its own ray tracing.
-    offered: Offered,
-}
-
-/// What a device has of the driver's ray tracing.
-#[derive(Debug, Clone, Copy, Default)]
-struct Offered {
-    ray_query: bool,
-    pipeline: bool,
-}
-
-/// What may be asked of a device.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Limits {
-    /// Bytes of the largest storage buffer.
-    pub storage: u64,
-    /// Workgroups of a dispatch.
-    pub workgroups: u32,
-    /// Texels along the edge of an image.
-    pub image: u32,
-    /// Triangles of an acceleration structure.
-    pub triangles: u64,
-    /// Alignment of the memory that the driver builds acceleration structures with.
-    pub scratch_alignment: u64,
-    /// Bytes by which rays know a shader.
-    pub handle: u32,
-    /// Alignment of handles in a table.
-    pub handle_alignment: u32,
-    /// Alignment of tables.
-    pub table_alignment: u64,
-}
-
-impl Physical {
-    fn new(driver: &Driver, handle: vk::PhysicalDevice) -> Option<Self> {
-        let instance = &driver.instance;
-        // SAFETY: alive.
-        let (plain, families, memory) = unsafe {
-            (
-                instance.get_physical_device_properties(handle),
-                instance.get_physical_device_queue_family_properties(handle),
-                instance.get_physical_device_memory_properties(handle),
-            )
-        };
-        let able = plain.api_version >= vk::API_VERSION_1_3
-            && plain.limits.max_per_stage_descriptor_storage_buffers >= STORAGE_BUFFERS
-            && plain.limits.max_compute_work_group_invocations >= WORKGROUP;
-        let computes = |f: &vk::QueueFamilyProperties| f.queue_flags.contains(vk::QueueFlags::COMPUTE);
-        let family = families.iter().position(computes).filter(|_| able)? as u32;
-        let offered = Offered::by(instance, handle);
-        let mut about = vk::PhysicalDeviceDriverProperties::default();
-        let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
-        let mut tables = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
-        let mut maintenance = vk::PhysicalDeviceMaintenance4Properties::default();
-        let mut all =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut about).push_next(&mut maintenance);
-        if offered.ray_query || offered.pipeline {
-            all = all.push_next(&mut structures);
-        }
-        if offered.pipeline {
-            all = all.push_next(&mut tables);
-        }
-        // SAFETY: valid: what is asked for belongs to 1.3 or to an extension that the device has.
-        unsafe { instance.get_physical_device_properties2(handle, &mut all) };
-        let limits = Limits {
-            storage: u64::from(plain.limits.max_storage_buffer_range).min(maintenance.max_buffer_size),
-            workgroups: plain.limits.max_compute_work_group_count[0],
-            image: plain.limits.max_image_dimension2_d,
-            triangles: structures.max_primitive_count,
-            scratch_alignment: u64::from(structures.min_acceleration_structure_scratch_offset_alignment)
-                .max(1),
-            handle: tables.shader_group_handle_size,
-            handle_alignment: tables.shader_group_handle_alignment.max(1),
-            table_alignment: u64::from(tables.shader_group_base_alignment).max(1),
-        };
-        let hardware = plain.device_type != vk::PhysicalDeviceType::CPU;
-        let (name, driver) = (text(plain.device_name_as_c_str()), driver_text(&about));
-        Some(Physical { handle, name, driver, hardware, memory, limits, family, offered })
-    }
-
-    fn offers(&self, form: Intersection) -> bool {
-        match form {
-            Intersection::RayQuery => self.offered.ray_query,
-            Intersection::Pipeline => self.offered.pipeline,
-            Intersection::Software => true,
-        }
-    }
-
-    fn forms(&self) -> Vec<Intersection> {
-        Intersection::ALL.into_iter().filter(|form| self.offers(*form)).collect()
-    }
-
-    fn describe(&self, index: usize) -> DeviceInfo {
-        let local = |heap: &&vk::MemoryHeap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL);
-        DeviceInfo {
-            backend: "vulkan",
-            index,
-            name: self.name.clone(),
-            driver: self.driver.clone(),
-            memory: self.memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).sum(),
-            intersection: self.forms()[0].name(),
-            hardware: self.hardware,
-        }
-    }
-}
-
-fn text(name: Result<&CStr, impl Sized>) -> String {
-    name.map_or_else(|_| String::new(), |name| name.to_string_lossy().into_owned())
-}
-
-fn driver_text(about: &vk::PhysicalDeviceDriverProperties<'_>) -> String {
-    let name = text(about.driver_name_as_c_str());
-    format!("{name} {}", text(about.driver_info_as_c_str())).trim().to_owned()
-}
-
-impl Offered {
-    fn by(instance: &ash::Instance, handle: vk::PhysicalDevice) -> Self {
-        // SAFETY: alive.
-        let extensions =
-            unsafe { instance.enumerate_device_extension_properties(handle) }.unwrap_or_default();
-        let has = |name: &CStr| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
-        let all = |form: Intersection| form.extensions().iter().all(|name| has(name));
-        let mut structures = vk::PhysicalDeviceAccelerationStructureFeaturesKHR::default();
-        let mut query = vk::PhysicalDeviceRayQueryFeaturesKHR::default();
-        let mut pipeline = vk::PhysicalDeviceRayTracingPipelineFeaturesKHR::default();
-        let mut features = vk::PhysicalDeviceFeatures2::default();
-        if has(khr::acceleration_structure::NAME) {
-            features = features.push_next(&mut structures);
-        }
-        if all(Intersection::RayQuery) {
-            features = features.push_next(&mut query);
-        }
-        if all(Intersection::Pipeline) {
-            features = features.push_next(&mut pipeline);
-        }
-        // SAFETY: valid: the device has the extensions asked about.
-        unsafe { instance.get_physical_device_features2(handle, &mut features) };
-        let numbered = features.features.geometry_shader == vk::TRUE;
-        let structures = structures.acceleration_structure == vk::TRUE;
-        Offered {
-            ray_query: structures && query.ray_query == vk::TRUE,
-            // The number of a triangle is a matter of geometry shaders where naga writes it for any-hit shaders.
-            pipeline: structures && numbered && pipeline.ray_tracing_pipeline == vk::TRUE,
-        }
-    }
-}
-
-impl Intersection {
-    /// The extensions that it needs.
-    fn extensions(self) -> &'static [&'static CStr] {
-        match self {
-            Intersection::RayQuery => &[
-                khr::acceleration_structure::NAME,
-                khr::deferred_host_operations::NAME,
-                khr::ray_query::NAME,
-            ],
-            Intersection::Pipeline => &[
-                khr::acceleration_structure::NAME,
-                khr::deferred_host_operations::NAME,
-                khr::ray_tracing_pipeline::NAME,
-            ],
-            Intersection::Software => &[],
-        }
-    }
-}
-
-/// What this machine offers.
-pub(crate) fn devices() -> Vec<DeviceInfo> {
-    let Some(driver) = Driver::load() else { return Vec::new() };
-    driver.devices().iter().enumerate().map(|(index, device)| device.describe(index)).collect()
-}
-
-/// What this machine offers that has a form of intersection, which is named for it; numbered as by [`devices`].
-pub(crate) fn devices_with(form: Intersection) -> Vec<DeviceInfo> {
-    let Some(driver) = Driver::load() else { return Vec::new() };
-    let all = driver.devices().into_iter().enumerate();
-    all.filter(|(_, device)| device.offers(form))
-        .map(|(index, device)| DeviceInfo { intersection: form.name(), ..device.describe(index) })
-        .collect()
-}
-
-fn find(driver: &Driver, info: &DeviceInfo) -> Option<Physical> {
-    driver.devices().into_iter().nth(info.index).filter(|device| device.name == info.name)
-}
 
 /// An open device with one queue.
 pub(crate) struct Gpu {
@@ -268,7 +33,8 @@ pub(crate) struct Gpu {
     pool: vk::CommandPool,
     name: String,
     failed: AtomicBool,
-    _driver: Driver,
+    /// Outlives a failed device, which may still run in it.
+    driver: ManuallyDrop<Driver>,
 }
 
 impl Drop for Gpu {
@@ -276,21 +42,23 @@ impl Drop for Gpu {
         if self.failed.load(Ordering::Relaxed) {
             return;
         }
-        // SAFETY: idle; whatever was made with this device held it, so nothing of it is left.
+        // SAFETY: idle; whatever was made with this device held it, so nothing of it is left. The driver goes last and
+        // is not used again.
         unsafe {
             self.device.destroy_pipeline_cache(self.cache, None);
             self.device.destroy_command_pool(self.pool, None);
             self.device.destroy_device(None);
+            ManuallyDrop::drop(&mut self.driver);
         }
     }
 }
 
 impl Gpu {
-    /// Opens one of [`devices`] for a form of intersection, the best it offers where none is asked for.
+    /// Opens one of [`VULKAN`](crate::VULKAN)'s devices for a form of intersection, the best it offers where none is asked for.
     pub fn open(info: &DeviceInfo, asked: Option<Intersection>) -> Result<(Arc<Self>, Intersection), Error> {
         let failed = |message: &str| Error::Device { device: info.name.clone(), message: message.to_owned() };
         let gone = || failed("the device is no longer there");
-        let driver = Driver::load().ok_or_else(gone)?;
+        let driver = Driver::load().map_err(|_| gone())?;
         let physical = find(&driver, info).ok_or_else(gone)?;
         let form = asked.unwrap_or(physical.forms()[0]);
         if !physical.offers(form) {
@@ -354,7 +122,7 @@ impl Gpu {
             pool,
             name: physical.name.clone(),
             failed: AtomicBool::new(false),
-            _driver: driver,
+            driver: ManuallyDrop::new(driver),
         })
     }
 
@@ -440,23 +208,23 @@ impl Gpu {
 
     fn wait(&self, deadline: Duration, fence: vk::Fence, beat: &mut dyn FnMut()) -> Result<(), Error> {
         let start = Instant::now();
+        let patience = HEARTBEAT.min(deadline).as_nanos() as u64;
         loop {
             // SAFETY: alive.
-            match unsafe { self.device.wait_for_fences(&[fence], true, HEARTBEAT.as_nanos() as u64) } {
+            match unsafe { self.device.wait_for_fences(&[fence], true, patience) } {
                 Ok(()) => return Ok(()),
                 Err(vk::Result::TIMEOUT) => beat(),
                 Err(result) => return Err(self.failure("the kernel")(result)),
             }
             if start.elapsed() > deadline {
-                let message = format!("the kernel has not ended after {} seconds", deadline.as_secs());
-                return Err(self.error(message));
+                return Err(self.error(overdue(deadline)));
             }
         }
     }
 }
 
 /// A failure of the API in words.
-fn reason(result: vk::Result) -> &'static str {
+pub(crate) fn reason(result: vk::Result) -> &'static str {
     match result {
         vk::Result::ERROR_OUT_OF_HOST_MEMORY => "the driver has no memory left",
         vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "the device has no memory left",

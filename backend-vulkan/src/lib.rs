@@ -1,6 +1,7 @@
 //! The Vulkan backend: the WGSL kernel of `spectral_core::kernel`, compiled by naga, with the device's own ray tracing.
 //!
-//! * `device`: the loader, physical devices, and what they offer.
+//! * `physical`: the loader, physical devices, and what they offer or lack.
+//! * `device`: an open device.
 //! * `memory`: buffers and images.
 //! * `acceleration_structure`: the driver's hierarchy over our triangles.
 //! * `shader`: WGSL to SPIR-V.
@@ -26,6 +27,7 @@ mod binding_table;
 mod device;
 mod kernel;
 mod memory;
+mod physical;
 mod pipeline;
 mod shader;
 mod tracer;
@@ -38,7 +40,8 @@ use spectral_core::tracer::Backend;
 pub const VULKAN: Backend = Backend {
     name: "vulkan",
     about: "GPUs through Vulkan 1.3, with their ray tracing where they have it, single precision",
-    devices: device::devices,
+    devices: physical::devices,
+    unusable: physical::unusable,
     open: tracer::open,
 };
 
@@ -69,17 +72,17 @@ impl Intersection {
     pub fn backend(self) -> Backend {
         match self {
             Intersection::RayQuery => Backend {
-                devices: || device::devices_with(Intersection::RayQuery),
+                devices: || physical::devices_with(Intersection::RayQuery),
                 open: |device, scene, options| open_with(Intersection::RayQuery, device, scene, options),
                 ..VULKAN
             },
             Intersection::Pipeline => Backend {
-                devices: || device::devices_with(Intersection::Pipeline),
+                devices: || physical::devices_with(Intersection::Pipeline),
                 open: |device, scene, options| open_with(Intersection::Pipeline, device, scene, options),
                 ..VULKAN
             },
             Intersection::Software => Backend {
-                devices: || device::devices_with(Intersection::Software),
+                devices: || physical::devices_with(Intersection::Software),
                 open: |device, scene, options| open_with(Intersection::Software, device, scene, options),
                 ..VULKAN
             },

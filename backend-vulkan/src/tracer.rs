@@ -18,7 +18,7 @@ use spectral_core::{
     tracer::{DeviceInfo, OpenOptions, Tracer},
 };
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Opens a device for a scene, by the best form of intersection: the planes of a lone convex stone, else the first
 /// of [`Intersection::ALL`] that the device offers.
@@ -58,7 +58,8 @@ fn start(
     let buffers = Buffers::new(&gpu, &kernel, 1, lines, spectral)?;
     let trace = kernel.trace(&gpu, &buffers.traced())?;
     let gather = kernel.gather(&gpu, &buffers.gathered())?;
-    let launch = VulkanLaunch { gpu, kernel, trace, gather, buffers, samples: 0, lines, spectral };
+    let deadline = options.deadline.unwrap_or(DEADLINE);
+    let launch = VulkanLaunch { gpu, kernel, trace, gather, buffers, samples: 0, lines, spectral, deadline };
     launch.warm_up()?;
     let device = DeviceInfo { intersection: intersection.name(), ..device.clone() };
     Ok(Box::new(KernelTracer::new(&device, launch, scene, options, start.elapsed())?))
@@ -75,6 +76,8 @@ struct VulkanLaunch {
     /// Wavelengths of a sample.
     lines: u32,
     spectral: bool,
+    /// How long a dispatch may take.
+    deadline: Duration,
 }
 
 /// Buffers for batches of up to a number of pixel samples.
@@ -181,7 +184,7 @@ impl Launch for VulkanLaunch {
         let [seen, radiances] = self.read_bytes();
         let buffers = &self.buffers;
         self.gpu.submit(
-            DEADLINE,
+            self.deadline,
             |commands| {
                 if !resume {
                     let bytes = u64::from(self.samples) * size_of::<Primary>() as u64;

@@ -9,7 +9,7 @@ use spectral_core::{
     Error,
     kernel::{
         block::{Gathering, Primary, Seen, Work, ray_bytes, walk_bytes},
-        schedule::{COMPILE_DEADLINE, DEADLINE, Finished, HEARTBEAT},
+        schedule::{COMPILE_DEADLINE, Finished, HEARTBEAT, overdue},
     },
 };
 use std::time::{Duration, Instant};
@@ -155,7 +155,7 @@ impl Batch {
             // The receiver is gone only when the host has given up.
             let _ = sender.send(result);
         });
-        wait(gpu, DEADLINE, beat)?;
+        wait(gpu, gpu.deadline, beat)?;
         gpu.check()?;
         match receiver.try_recv() {
             Ok(Ok(())) => {}
@@ -176,7 +176,10 @@ impl Batch {
 fn wait(gpu: &Gpu, deadline: Duration, beat: &mut dyn FnMut()) -> Result<(), Error> {
     let start = Instant::now();
     loop {
-        match gpu.device.poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(HEARTBEAT) }) {
+        match gpu
+            .device
+            .poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(HEARTBEAT.min(deadline)) })
+        {
             Ok(_) => return Ok(()),
             Err(wgpu::PollError::Timeout) => {}
             Err(e) => return Err(gpu.error(e.to_string())),
@@ -184,8 +187,7 @@ fn wait(gpu: &Gpu, deadline: Duration, beat: &mut dyn FnMut()) -> Result<(), Err
         beat();
         gpu.check()?;
         if start.elapsed() > deadline {
-            let message = format!("the kernel has not ended after {} seconds", deadline.as_secs());
-            return Err(gpu.error(message));
+            return Err(gpu.error(overdue(deadline)));
         }
     }
 }

@@ -1,8 +1,13 @@
 //! Adapters, their limits, and what they say when they fail.
 
 use pollster::block_on;
-use spectral_core::{Error, tracer::DeviceInfo};
+use spectral_core::{
+    Error,
+    kernel::schedule::DEADLINE,
+    tracer::{DeviceInfo, Unusable},
+};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 /// Storage buffers that the kernel binds.
 const STORAGE_BUFFERS: u32 = 8;
@@ -12,9 +17,8 @@ pub(crate) const WORKGROUP: u32 = 64;
 /// The adapters of this machine that can run the kernel: hardware first; OpenGL last, and only for devices that no
 /// other API offers. Empty where there is no driver, which is no error.
 pub fn adapters() -> Vec<wgpu::Adapter> {
-    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-    let mut adapters = block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    adapters.retain(able);
+    let mut adapters = all();
+    adapters.retain(|adapter| lacks(adapter).is_none());
     let infos: Vec<_> = adapters.iter().map(wgpu::Adapter::get_info).collect();
     let mut through_gl = infos.iter().map(|info| info.backend == wgpu::Backend::Gl && twice(info, &infos));
     adapters.retain(|_| !through_gl.next().unwrap_or_default());
@@ -25,17 +29,49 @@ pub fn adapters() -> Vec<wgpu::Adapter> {
     adapters
 }
 
+/// All adapters, whatever they can do.
+fn all() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    block_on(instance.enumerate_adapters(wgpu::Backends::all()))
+}
+
 /// Whether another API offers the same device; OpenGL likes to append to its name.
 fn twice(info: &wgpu::AdapterInfo, all: &[wgpu::AdapterInfo]) -> bool {
     all.iter().any(|other| other.backend != wgpu::Backend::Gl && info.name.starts_with(&other.name))
 }
 
-fn able(adapter: &wgpu::Adapter) -> bool {
-    let limits = adapter.limits();
-    adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-        && limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS
-        && limits.max_compute_workgroup_size_x >= WORKGROUP
-        && limits.max_compute_invocations_per_workgroup >= WORKGROUP
+/// What an adapter lacks to run the kernel.
+fn lacks(adapter: &wgpu::Adapter) -> Option<String> {
+    if !adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS) {
+        return Some("it has no compute shaders".to_owned());
+    }
+    short_of(&adapter.limits())
+}
+
+/// The first limit that is below what the kernel needs.
+fn short_of(limits: &wgpu::Limits) -> Option<String> {
+    let needs = [
+        ("storage buffers a shader", limits.max_storage_buffers_per_shader_stage, STORAGE_BUFFERS),
+        ("invocations along a workgroup", limits.max_compute_workgroup_size_x, WORKGROUP),
+        ("invocations a workgroup", limits.max_compute_invocations_per_workgroup, WORKGROUP),
+    ];
+    let short = needs.into_iter().find(|(_, has, needed)| has < needed);
+    short.map(|(what, has, needed)| format!("it has {has} {what}; {needed} are needed"))
+}
+
+/// Adapters that cannot run the kernel, and the lack of any.
+pub(crate) fn unusable() -> Vec<Unusable> {
+    let all = all();
+    if all.is_empty() {
+        let reason = "no driver of Vulkan, Metal, Direct3D 12 or OpenGL offers one on this machine";
+        return vec![Unusable { name: "adapters".to_owned(), reason: reason.to_owned() }];
+    }
+    let unusable = |adapter: &wgpu::Adapter| {
+        let info = adapter.get_info();
+        let reason = lacks(adapter)?;
+        Some(Unusable { name: format!("{} ({})", info.name, info.backend), reason })
+    };
+    all.iter().filter_map(unusable).collect()
 }
 
 /// What this machine offers.
@@ -66,6 +102,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What may be asked of it.
     pub limits: wgpu::Limits,
+    /// How long one dispatch may take before the device counts as hung.
+    pub deadline: Duration,
     name: String,
     /// The first failure that the driver reported.
     failure: Arc<Mutex<Option<String>>>,
@@ -103,12 +141,10 @@ impl Gpu {
         let first = failure.clone();
         device.on_uncaptured_error(Arc::new(move |error| note(&first, plain(&error))));
         let first = failure.clone();
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                note(&first, format!("the device was lost: {message}"));
-            }
+        device.set_device_lost_callback(move |_, message| {
+            note(&first, format!("the device was lost: {message}"));
         });
-        Ok(Gpu { device, queue, limits, name, failure })
+        Ok(Gpu { device, queue, limits, deadline: DEADLINE, name, failure })
     }
 
     /// The error that this device has failed with the given message.
@@ -210,5 +246,20 @@ fn plain(error: &wgpu::Error) -> String {
         wgpu::Error::Validation { description, .. } | wgpu::Error::Internal { description, .. } => {
             description.clone()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_device_is_short_of_is_named_with_what_is_needed() {
+        let enough = wgpu::Limits::default();
+        assert_eq!(short_of(&enough), None);
+        let few = wgpu::Limits { max_storage_buffers_per_shader_stage: 4, ..enough.clone() };
+        assert_eq!(short_of(&few).expect("short"), "it has 4 storage buffers a shader; 8 are needed");
+        let small = wgpu::Limits { max_compute_invocations_per_workgroup: 32, ..enough };
+        assert_eq!(short_of(&small).expect("short"), "it has 32 invocations a workgroup; 64 are needed");
     }
 }

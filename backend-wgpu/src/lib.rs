@@ -23,8 +23,10 @@ pub const WGPU: Backend = Backend {
     name: "wgpu",
     about: "any GPU through wgpu (Vulkan, Metal, Direct3D 12, OpenGL), single precision",
     devices: device::devices,
+    unusable: device::unusable,
     open: tracer::open,
 };
 
 pub use device::{Gpu, adapters};
 pub use environment::{Light, upload};
+pub use tracer::open_on;

@@ -23,8 +23,23 @@ pub(crate) fn open(
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
+    open_on(Gpu::open(device)?, device, scene, options)
+}
+
+/// Opens a scene on a device that is open already, which `device` describes: for callers that keep a hand on it.
+///
+/// # Errors
+/// [`Error::Device`] where the device fails or has too little memory; [`Error::Value`] for a scene beyond the kernel's
+/// number formats.
+pub fn open_on(
+    gpu: Gpu,
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
     let start = Instant::now();
-    let gpu = Gpu::open(device)?;
+    let mut gpu = gpu;
+    gpu.deadline = options.deadline.unwrap_or(gpu.deadline);
     let kernel = Kernel::new(&gpu, &scene)?;
     let lines = scene.wavelength_count() as u32;
     let spectral = scene.settings.spectral;

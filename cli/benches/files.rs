@@ -78,7 +78,14 @@ fn writing(criterion: &mut Criterion) {
         intersection: "none",
         hardware: false,
     };
-    let provenance = Provenance::new("none", "none", &scene, &device, &TraceReport::default(), false);
+    let provenance = Provenance::new(
+        "none",
+        "none",
+        &scene,
+        std::slice::from_ref(&device),
+        &TraceReport::default(),
+        false,
+    );
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     for (name, depth) in
         [("eight.png", Depth::Eight), ("sixteen.png", Depth::Sixteen), ("float.exr", Depth::Eight)]

@@ -18,7 +18,7 @@ use std::io::Write;
 const EXIT_CODES: &str = "\
 Exit codes:
   0    done
-  1    the render or its device failed
+  1    the render or its device failed; what was finished is written as for 130
   2    the command line does not make sense
   3    a scene, cut, mesh, image or figure that cannot be used
   4    a file that cannot be written
@@ -87,12 +87,17 @@ pub struct Console<'a> {
 }
 
 impl Console<'_> {
-    /// Tells a person of something that does not stop the work.
-    pub fn warn(&mut self, message: impl std::fmt::Display) {
+    /// Tells a person what is being done.
+    pub fn say(&mut self, message: impl std::fmt::Display) {
         if !self.quiet {
             // Nobody can be told that the standard error is gone.
-            writeln!(self.log, "warning: {message}").ok();
+            writeln!(self.log, "{message}").ok();
         }
+    }
+
+    /// Tells a person of something that does not stop the work.
+    pub fn warn(&mut self, message: impl std::fmt::Display) {
+        self.say(format_args!("warning: {message}"));
     }
 }
 

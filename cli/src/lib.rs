@@ -1,13 +1,14 @@
 //! The `gemtrace` program as a library: scene files, imports, the commands and their pictures.
 //!
 //! ```text
-//! scene file ──► scene_file ──► PreparedScene ──► registry: a Tracer ──► Film ──► output
+//! scene file ──► scene_file ──► PreparedScene ──► rendering: Tracers ──► Film ──► output
 //!      import ──┘                                                                 PNG, EXR
 //! ```
 //!
 //! [`commands`] holds one module a command of the command line; each takes its parsed arguments and
 //! returns a report, so that everything but parsing can be called and tested without a process.
-//! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the backends.
+//! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
+//! backends, [`rendering`] fills a film with them.
 
 pub mod commands;
 mod error;
@@ -16,6 +17,7 @@ pub mod output;
 pub mod plot;
 pub mod progress;
 pub mod registry;
+pub mod rendering;
 pub mod scene_file;
 
 pub use error::Error;

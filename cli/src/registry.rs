@@ -1,7 +1,13 @@
 //! The backends that this program was built with, and how one is chosen.
 
 use crate::Error;
-use spectral_core::tracer::{Backend, DeviceInfo};
+use spectral_core::{
+    probe::probe,
+    tracer::{Backend, DeviceInfo, OpenOptions},
+};
+use std::collections::VecDeque;
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::Duration;
 
 /// Every backend, in the order in which `auto` considers them.
 static BACKENDS: [Backend; 4] =
@@ -9,6 +15,11 @@ static BACKENDS: [Backend; 4] =
 
 /// The name that lets the program choose.
 pub const AUTO: &str = "auto";
+
+/// What a probe's dispatch may take: it has 192 paths to follow.
+const PROBE_DEADLINE: Duration = Duration::from_secs(5);
+/// What a whole probe may take; a driver that has never seen the kernel compiles it twice.
+const PROBE_PATIENCE: Duration = Duration::from_secs(60);
 
 /// Every backend, in the order in which [`choose`] considers them for [`AUTO`].
 pub fn backends() -> &'static [Backend] {
@@ -19,16 +30,29 @@ pub fn backends() -> &'static [Backend] {
 #[derive(Debug, Clone)]
 pub struct Choice {
     /// The backend.
-    pub backend: &'static Backend,
+    pub backend: Backend,
     /// One of its devices.
     pub device: DeviceInfo,
+    /// Why this one, in one line: "cpu: wgpu llvmpipe is software; vulkan llvmpipe is software".
+    pub reason: String,
 }
 
-/// The backend of a name, or for [`AUTO`] the first that has a device; and of its devices the one at
-/// position `device`, the first where none is asked for.
+/// The devices to render with, best first: an iterator of which the first choice is taken, and the next only if that
+/// fails.
 ///
-/// `auto` never takes the reference tracer, and a backend or device that is named is never replaced by
-/// another.
+/// A device that was asked for is the only one. For [`AUTO`] they are probed as they come up, never before, and what
+/// is found is kept nowhere: drivers change.
+#[derive(Debug, Clone)]
+pub struct Candidates {
+    waiting: VecDeque<(Backend, DeviceInfo)>,
+    /// Whether the program chooses.
+    auto: bool,
+    /// Whether a device that fails has a successor.
+    replaced: bool,
+    patience: Duration,
+}
+
+/// [`choose_among`] the [`backends`] of this program.
 ///
 /// ```
 /// let error = gemtrace::registry::choose("cpi", None).unwrap_err();
@@ -37,30 +61,138 @@ pub struct Choice {
 /// ```
 ///
 /// # Errors
-/// [`Error::Usage`] for an unknown name or a device number that the backend does not have;
-/// [`Error::Render`] for a backend that has no device on this machine.
-pub fn choose(name: &str, device: Option<usize>) -> Result<Choice, Error> {
-    if name == AUTO {
-        let candidates = BACKENDS.iter().filter(|b| b.name != backend_cpu::REFERENCE.name);
-        let first = candidates.map(|backend| device_of(backend, device)).find(Result::is_ok);
-        return first.unwrap_or_else(|| device_of(&backend_cpu::CPU, device));
-    }
-    let names = || std::iter::once(AUTO).chain(BACKENDS.iter().map(|b| b.name));
-    let unknown = || Error::Usage(spectral_core::Error::unknown("backend", name, names()).to_string());
-    device_of(BACKENDS.iter().find(|b| b.name == name).ok_or_else(unknown)?, device)
+/// As [`choose_among`].
+pub fn choose(name: &str, device: Option<usize>) -> Result<Candidates, Error> {
+    choose_among(&BACKENDS, name, device)
 }
 
-fn device_of(backend: &'static Backend, device: Option<usize>) -> Result<Choice, Error> {
+/// The backend of a name, and of its devices the one at position `device`, the first where none is asked for. Neither
+/// is ever replaced by another.
+///
+/// For [`AUTO`] the devices that are hardware and pass the [probe], in the order of the backends, then the
+/// processor; never the reference tracer. Software GPUs are left out, since the processor does the same work with
+/// less in between. A `device` then means the first of that number, and that one alone.
+///
+/// # Errors
+/// [`Error::Usage`] for an unknown name or a device number that the backend does not have;
+/// [`Error::Render`] for a backend that has no device on this machine.
+pub fn choose_among(backends: &[Backend], name: &str, device: Option<usize>) -> Result<Candidates, Error> {
+    if name == AUTO {
+        return automatic(backends, device);
+    }
+    let names = || std::iter::once(AUTO).chain(backends.iter().map(|b| b.name));
+    let unknown = || Error::Usage(spectral_core::Error::unknown("backend", name, names()).to_string());
+    let backend = backends.iter().find(|b| b.name == name).ok_or_else(unknown)?;
+    let waiting = VecDeque::from([(*backend, device_of(backend, device)?)]);
+    Ok(Candidates { waiting, auto: false, replaced: false, patience: PROBE_PATIENCE })
+}
+
+fn automatic(backends: &[Backend], device: Option<usize>) -> Result<Candidates, Error> {
+    let is_cpu = |backend: &Backend| backend.name == backend_cpu::CPU.name;
+    let gpus = backends.iter().filter(|b| !is_cpu(b) && b.name != backend_cpu::REFERENCE.name);
+    let mut waiting: VecDeque<_> = gpus
+        .flat_map(|backend| (backend.devices)().into_iter().map(|device| (*backend, device)))
+        .filter(|(_, found)| device.is_none_or(|index| found.index == index))
+        .collect();
+    let cpu = backends.iter().find(|b| is_cpu(b)).unwrap_or(&backend_cpu::CPU);
+    match device_of(cpu, device) {
+        Ok(found) => waiting.push_back((*cpu, found)),
+        Err(error) if waiting.is_empty() => return Err(error),
+        Err(_) => {}
+    }
+    Ok(Candidates { waiting, auto: true, replaced: device.is_none(), patience: PROBE_PATIENCE })
+}
+
+fn device_of(backend: &Backend, device: Option<usize>) -> Result<DeviceInfo, Error> {
     let mut devices = (backend.devices)();
     let count = devices.len();
     let index = device.unwrap_or(0);
     if index < count {
-        return Ok(Choice { backend, device: devices.swap_remove(index) });
+        return Ok(devices.swap_remove(index));
     }
     if count == 0 {
-        let message = "this backend finds no device on this machine; 'gemtrace devices' lists all".to_owned();
+        let message = "this backend finds no device on this machine; 'gemtrace devices' says why".to_owned();
         return Err(Error::Render { device: backend.name.to_owned(), message });
     }
     let has = if count == 1 { "only device 0".to_owned() } else { format!("devices 0 to {}", count - 1) };
     Err(Error::Usage(format!("backend '{}' has no device {index}; it has {has}", backend.name)))
+}
+
+impl Candidates {
+    /// The same, with so long for a probe in place of a minute.
+    #[must_use]
+    pub fn with_patience(self, patience: Duration) -> Self {
+        Candidates { patience, ..self }
+    }
+
+    /// Why a device is not for `auto`.
+    fn refuse(&self, backend: &Backend, device: &DeviceInfo) -> Option<String> {
+        if backend.name == backend_cpu::CPU.name {
+            return None;
+        }
+        let fault = if device.hardware {
+            sound(*backend, device, self.patience).err()?
+        } else {
+            "is software".to_owned()
+        };
+        Some(format!("{} {fault}", label(backend, device)))
+    }
+}
+
+impl Iterator for Candidates {
+    type Item = Choice;
+
+    fn next(&mut self) -> Option<Choice> {
+        let mut remarks = Vec::new();
+        while let Some((backend, device)) = self.waiting.pop_front() {
+            if self.auto
+                && let Some(remark) = self.refuse(&backend, &device)
+            {
+                remarks.push(remark);
+                continue;
+            }
+            let why = match (self.auto, device.hardware && backend.name != backend_cpu::CPU.name) {
+                (false, _) => "as asked for".to_owned(),
+                (true, true) => "it is hardware and passes the probe".to_owned(),
+                (true, false) if remarks.is_empty() => "no other device is left".to_owned(),
+                (true, false) => String::new(),
+            };
+            let why: Vec<_> = std::iter::once(why).filter(|why| !why.is_empty()).chain(remarks).collect();
+            let reason = format!("{}: {}", label(&backend, &device), why.join("; "));
+            if !self.replaced {
+                self.waiting.clear();
+            }
+            return Some(Choice { backend, device, reason });
+        }
+        None
+    }
+}
+
+/// "cpu", "vulkan llvmpipe": what drivers add to a name in brackets is left out.
+pub fn label(backend: &Backend, device: &DeviceInfo) -> String {
+    if backend.name == backend_cpu::CPU.name {
+        return backend.name.to_owned();
+    }
+    let name = device.name.split(" (").next().unwrap_or_default();
+    format!("{} {name}", backend.name)
+}
+
+/// Probes a device, in a thread of its own, which is left behind if the driver never returns.
+fn sound(backend: Backend, device: &DeviceInfo, patience: Duration) -> Result<(), String> {
+    let (sender, receiver) = mpsc::channel();
+    let device = device.clone();
+    std::thread::spawn(move || {
+        let options = OpenOptions { deadline: Some(PROBE_DEADLINE.min(patience)), ..OpenOptions::default() };
+        // The receiver is gone when its patience is.
+        let _ = sender.send(probe(&backend, &device, &options));
+    });
+    match receiver.recv_timeout(patience) {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(spectral_core::Error::Device { message, .. })) => Err(format!("fails: {message}")),
+        Ok(Err(error)) => Err(format!("fails: {error}")),
+        Err(RecvTimeoutError::Timeout) => {
+            Err(format!("fails: the probe has not ended after {} seconds", patience.as_secs_f64()))
+        }
+        Err(RecvTimeoutError::Disconnected) => Err("fails: the probe panicked".to_owned()),
+    }
 }

@@ -5,6 +5,7 @@ mod agreement;
 pub use agreement::Agreement;
 
 use crate::{Error, color::RgbSpace, prepare::PreparedScene};
+use std::ops::Range;
 
 /// One finished pixel sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -26,6 +27,22 @@ pub struct Tile {
     pub width: u32,
     /// Rows.
     pub height: u32,
+}
+
+/// Samples that a rectangle of pixels lacks, the same for all of them: a piece of work.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Missing {
+    /// Where in the film.
+    pub tile: Tile,
+    /// Which samples; never empty.
+    pub samples: Range<u32>,
+}
+
+impl Missing {
+    /// Pixel samples in all.
+    pub fn count(&self) -> u64 {
+        u64::from(self.tile.width) * u64::from(self.tile.height) * self.samples.len() as u64
+    }
 }
 
 /// The sums of some samples over a tile, row by row; what a worker hands back.
@@ -113,6 +130,50 @@ impl Film {
     /// Wavelengths kept a pixel; 0 unless the render is spectral.
     pub fn wavelength_count(&self) -> usize {
         self.wavelengths
+    }
+
+    /// All of it.
+    pub fn tile(&self) -> Tile {
+        Tile { x: 0, y: 0, width: self.width, height: self.height }
+    }
+
+    /// What the pixels of a tile lack of `samples`, cut into rectangles of pixels that lack the same: those that are
+    /// not yet there, of a pixel with k samples from k on. Nothing for pixels that have them all, and one rectangle
+    /// where all have equally many, which is the rule: others come of a call that was broken off. Panics for a tile
+    /// that reaches outside the film.
+    pub fn missing(&self, tile: Tile, samples: &Range<u32>) -> Vec<Missing> {
+        let mut found: Vec<Missing> = Vec::new();
+        // The rectangles that reach the row before.
+        let mut band = 0..0;
+        for y in tile.y..tile.y + tile.height {
+            let row = self.missing_in_row(Tile { y, height: 1, ..tile }, samples);
+            let alike = |(above, here): (&Missing, &Missing)| {
+                let place = |missing: &Missing| (missing.tile.x, missing.tile.width);
+                (place(above), &above.samples) == (place(here), &here.samples)
+            };
+            if band.len() == row.len() && found[band.clone()].iter().zip(&row).all(alike) {
+                found[band.clone()].iter_mut().for_each(|missing| missing.tile.height += 1);
+            } else {
+                band = found.len()..found.len() + row.len();
+                found.extend(row);
+            }
+        }
+        found
+    }
+
+    fn missing_in_row(&self, row: Tile, samples: &Range<u32>) -> Vec<Missing> {
+        let first = self.index(row.x, row.y);
+        let mut x = row.x;
+        let mut found = Vec::new();
+        for run in self.samples[first..first + row.width as usize].chunk_by(|a, b| a == b) {
+            let tile = Tile { x, width: run.len() as u32, ..row };
+            x += tile.width;
+            let lacking = samples.start.max(run[0])..samples.end;
+            if !lacking.is_empty() {
+                found.push(Missing { tile, samples: lacking });
+            }
+        }
+        found
     }
 
     /// Adds a tile's samples.
@@ -210,4 +271,64 @@ impl Film {
 
 fn inverse(samples: u32) -> f32 {
     if samples == 0 { 0.0 } else { 1.0 / samples as f32 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn film(width: u32, height: u32) -> Film {
+        let pixels = width as usize * height as usize;
+        let (xyz, coverage, samples) = (vec![[0.0; 3]; pixels], vec![0.0; pixels], vec![0; pixels]);
+        Film { width, height, wavelengths: 0, xyz, coverage, samples, radiance: Vec::new() }
+    }
+
+    fn add(film: &mut Film, [x, y, width, height]: [u32; 4], count: usize) {
+        let samples = vec![PixelSample::default(); (width * height) as usize * count];
+        let sums = TileSums { tile: Tile { x, y, width, height }, samples, radiance: Vec::new() };
+        film.add(&sums).expect("a tile of the film");
+    }
+
+    #[test]
+    fn an_even_film_lacks_one_rectangle() {
+        let mut film = film(7, 5);
+        assert_eq!(film.missing(film.tile(), &(0..4)), [Missing { tile: film.tile(), samples: 0..4 }]);
+        add(&mut film, [0, 0, 7, 5], 3);
+        assert_eq!(film.missing(film.tile(), &(0..4)), [Missing { tile: film.tile(), samples: 3..4 }]);
+        assert_eq!(film.missing(film.tile(), &(0..3)), []);
+        assert_eq!(film.missing(film.tile(), &(2..2)), []);
+    }
+
+    #[test]
+    fn every_pixel_is_completed_once_whatever_was_there() {
+        let mut film = film(23, 17);
+        for (tile, count) in [
+            ([0, 0, 23, 4], 2),
+            ([3, 2, 9, 9], 1),
+            ([20, 10, 3, 7], 5),
+            ([0, 16, 1, 1], 9),
+            ([5, 5, 1, 1], 2),
+        ] {
+            add(&mut film, tile, count);
+        }
+        let before = film.samples.clone();
+        let tile = Tile { x: 1, y: 1, width: 21, height: 16 };
+        let missing = film.missing(tile, &(1..6));
+        let total: u64 = missing.iter().map(Missing::count).sum();
+        for piece in &missing {
+            let t = piece.tile;
+            for (x, y) in (t.y..t.y + t.height).flat_map(|y| (t.x..t.x + t.width).map(move |x| (x, y))) {
+                assert_eq!(piece.samples, film.samples(x, y).max(1)..6, "{x}, {y}");
+            }
+            add(&mut film, [t.x, t.y, t.width, t.height], piece.samples.len());
+        }
+        assert!(total > 0 && film.missing(tile, &(1..6)).iter().all(|piece| piece.samples.start == 5));
+        for (i, (&before, &after)) in before.iter().zip(&film.samples).enumerate() {
+            let (x, y) = (i as u32 % 23, i as u32 / 23);
+            let inside = (1..22).contains(&x) && (1..17).contains(&y);
+            // Samples that come before those asked for are not made up for.
+            let wanted = if inside && before < 6 { before + 6 - before.max(1) } else { before };
+            assert_eq!(after, wanted, "{x}, {y}");
+        }
+    }
 }

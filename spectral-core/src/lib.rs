@@ -96,6 +96,8 @@ pub mod mesh;
 #[cfg(feature = "render")]
 pub mod prepare;
 #[cfg(feature = "render")]
+pub mod probe;
+#[cfg(feature = "render")]
 pub mod scene;
 #[cfg(feature = "render")]
 pub mod settings;

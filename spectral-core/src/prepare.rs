@@ -95,11 +95,11 @@ impl PreparedScene {
         &self.tables[sample as usize % self.tables.len()]
     }
 
-    /// The stone that alone stands in the scene, if it is a convex dielectric seen from outside: then what
+    /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {
         match self.geometry.stones.as_slice() {
-            [stone] if stone.convex && !stone.conductor && self.eye_nest.is_empty() => Some(stone),
+            [stone] if stone.has_few_planes() && !stone.conductor && self.eye_nest.is_empty() => Some(stone),
             _ => None,
         }
     }

@@ -34,6 +34,19 @@ pub struct OpenOptions {
     pub threads: Option<usize>,
     /// Edge of the square tiles, pixels; `None` lets the backend choose. Never changes the picture.
     pub tile: Option<u32>,
+    /// How long a GPU may take for one dispatch, which is planned to take a twentieth of a second, before it counts
+    /// as hung; `None` takes [`DEADLINE`](crate::kernel::schedule::DEADLINE). No bound on what the driver does at
+    /// its first dispatch, when it may still be compiling.
+    pub deadline: Option<Duration>,
+}
+
+/// A device, or a part of the system, that a backend cannot use.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Unusable {
+    /// What it is.
+    pub name: String,
+    /// What it lacks, and what would be needed.
+    pub reason: String,
 }
 
 /// A way to render: its devices, and how to open one.
@@ -45,6 +58,8 @@ pub struct Backend {
     pub about: &'static str,
     /// What this machine offers; empty where the backend cannot run.
     pub devices: fn() -> Vec<DeviceInfo>,
+    /// What this machine has that this backend cannot use, for people who look for a device in vain.
+    pub unusable: fn() -> Vec<Unusable>,
     /// Opens one of [`Backend::devices`] for a scene.
     pub open: OpenDevice,
 }
@@ -66,20 +81,47 @@ pub trait Tracer: Send {
     /// The device this runs on.
     fn device(&self) -> &DeviceInfo;
 
-    /// Adds `samples` of every pixel to `film`; blocks; may be called again with the next samples to refine.
+    /// Brings every pixel of `film` up to the end of `samples`: a pixel that has k samples gets those from the
+    /// greater of k and the start on. Blocks. May be called again with the next samples to refine, and with the
+    /// same ones to carry on after a cancel or a failure, on this device or another: the film comes out as if
+    /// nothing had happened, bit for bit where both devices calculate alike. Ranges follow one another; those that
+    /// leave a gap make a film whose samples nobody can tell apart.
     ///
     /// `progress` is called on the calling thread, at least every tenth of a second; on
     /// [`ControlFlow::Break`] work stops, what is finished stays in the film, and the report says so.
     ///
     /// # Errors
-    /// [`Error::Device`] when the device fails; [`Error::Value`] for a film of another size, or samples
-    /// beyond those prepared.
+    /// [`TraceFailure`] of [`Error::Device`] when the device fails, of [`Error::Value`] for a film of another size
+    /// or samples beyond those prepared. What was finished before is in the film and in the failure's report.
     fn trace(
         &mut self,
         samples: Range<u32>,
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error>;
+    ) -> Result<TraceReport, Box<TraceFailure>>;
+}
+
+/// A call of [`Tracer::trace`] that did not come to its end.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{error}")]
+pub struct TraceFailure {
+    /// Why.
+    pub error: Error,
+    /// The account of the tiles that are in the film.
+    pub report: TraceReport,
+}
+
+impl From<Error> for Box<TraceFailure> {
+    /// A call that failed before it did anything.
+    fn from(error: Error) -> Self {
+        Box::new(TraceFailure { error, report: TraceReport::default() })
+    }
+}
+
+impl From<Box<TraceFailure>> for Error {
+    fn from(failure: Box<TraceFailure>) -> Self {
+        failure.error
+    }
 }
 
 /// Refuses a call of [`Tracer::trace`] for a film of another scene or samples that were not prepared; for
@@ -104,7 +146,7 @@ pub fn check_call(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> R
 /// What a call of [`Tracer::trace`] did.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct TraceReport {
-    /// Whether every sample asked for was added (false after a cancel).
+    /// Whether every sample asked for is in the film (false after a cancel or a failure).
     pub finished: bool,
     /// Segments traced: one for each ray and wavelength between two surfaces or out to the environment.
     pub rays: u64,

@@ -4,8 +4,9 @@
 //! Samples and wavelengths are the same everywhere, so pictures are compared pixel by pixel. At the edges of facets
 //! two sound renderers may fall on different sides, hence the share of pixels that may be off.
 //!
-//! `REQUIRE_BACKENDS=cpu,wgpu` makes it a failure if a backend named has no device here; else it is left out, and
-//! said so.
+//! `REQUIRE_BACKENDS=cpu,wgpu,vulkan` makes it a failure if a backend named has no device here; else it is left out,
+//! and said so. A Vulkan device need not have every form of intersection: `vulkan/ray-query`,
+//! `vulkan/ray-tracing-pipeline` and `vulkan/software` demand that some device has that form.
 
 use backend_cpu::{CPU, REFERENCE};
 use backend_vulkan::{Intersection, VULKAN};
@@ -35,15 +36,17 @@ fn main() {
         gallery().into_iter().map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() })).collect();
     let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     let mut trials = Vec::new();
-    let vulkan = Intersection::ALL.map(|form| (form.backend(), form.name()));
-    for (backend, form) in [(CPU, ""), (WGPU, "")].into_iter().chain(vulkan) {
+    let demanded = |name: &str| required.split(',').any(|wanted| wanted.trim() == name);
+    let formless = (VULKAN.devices)().is_empty() && demanded(VULKAN.name);
+    let vulkan = Intersection::ALL.map(|form| (form.backend(), demand(form), formless));
+    let plain = [CPU, WGPU].map(|backend| (backend, backend.name, false));
+    for (backend, name, missing) in plain.into_iter().chain(vulkan) {
         let devices = (backend.devices)();
         if devices.is_empty() {
-            let missing = required.split(',').any(|name| name.trim() == backend.name);
-            let name = format!("[{}] has a device {form}", backend.name).trim_end().to_owned();
-            trials.push(
-                Trial::test(name, || Err("no device on this machine".into())).with_ignored_flag(!missing),
-            );
+            let missing = missing || demanded(name);
+            let none =
+                Trial::test(format!("[{name}] has a device"), || Err("no device on this machine".into()));
+            trials.push(none.with_ignored_flag(!missing));
         }
         for device in devices {
             for case in &cases {
@@ -54,6 +57,15 @@ fn main() {
         }
     }
     libtest_mimic::run(&arguments, trials).exit();
+}
+
+/// How `REQUIRE_BACKENDS` names a form.
+fn demand(form: Intersection) -> &'static str {
+    match form {
+        Intersection::RayQuery => "vulkan/ray-query",
+        Intersection::Pipeline => "vulkan/ray-tracing-pipeline",
+        Intersection::Software => "vulkan/software",
+    }
 }
 
 /// "cpu", "wgpu/llvmpipe", "vulkan/llvmpipe/ray-query".

@@ -39,7 +39,7 @@ fn assert_same(a: &Picture, b: &Picture, what: &str) {
 
 fn however_divided(backend: &Backend, scene: &Scene) {
     let run = |threads: usize, tile: u32, ranges: &[std::ops::Range<u32>]| {
-        let options = OpenOptions { threads: Some(threads), tile: Some(tile) };
+        let options = OpenOptions { threads: Some(threads), tile: Some(tile), ..OpenOptions::default() };
         render_with(backend, scene, &quick(), &options, ranges)
     };
     let whole = std::slice::from_ref(&(0..8));

@@ -98,9 +98,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let seen = lines.expand(colours);
         let covered = V::Mask::from_bits(gathered.lanes);
         let background = if behind { seen } else { V::splat(0.0) };
-        let [inverse, inverse2, one_less] = &lines.media[self.chain.material].inverse;
-        let cosine = V::load(&gathered.cosine);
-        let at = Incidence::new(cosine, V::load(inverse), V::load(inverse2), V::load(one_less));
+        let inverse = &lines.media[self.chain.material].inverse;
+        let at = Incidence::entering(V::load(&gathered.cosine), inverse);
         let [mirrored, mean, half] = at.shares();
         let radiance = V::select(covered, seen * mirrored, background);
         let missed = if behind { (lines.lanes & !gathered.lanes).count_ones() } else { 0 };

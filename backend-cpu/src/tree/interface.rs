@@ -24,14 +24,17 @@ impl Interface<'_> {
     /// For transparent media.
     #[inline(always)]
     pub fn incidence<V: Lanes>(&self, cosine: V) -> Incidence<V> {
-        let ([n, n2, one_less], other) = match (self.here, self.beyond) {
-            (Some(here), other) => (&here.index, other),
-            (None, Some(beyond)) => (&beyond.inverse, None),
-            (None, None) => return Incidence::between(cosine, V::splat(1.0), V::splat(1.0)),
-        };
-        match other {
-            None => Incidence::new(cosine, V::load(n), V::load(n2), V::load(one_less)),
-            Some(beyond) => Incidence::between(cosine, V::load(n), V::load(&beyond.index[0])),
+        let one = V::splat(1.0);
+        match (self.here, self.beyond) {
+            (Some(here), None) => {
+                let [n, n2, one_less] = &here.index;
+                Incidence::new(cosine, V::load(n), V::load(n2), V::load(one_less))
+            }
+            (None, Some(beyond)) => Incidence::entering(cosine, &beyond.inverse),
+            (Some(here), Some(beyond)) => {
+                Incidence::between(cosine, V::load(&here.index[0]), V::load(&beyond.index[0]))
+            }
+            (None, None) => Incidence::between(cosine, one, one),
         }
     }
 

@@ -200,7 +200,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             }
         }
         let distance = V::load(&distance);
-        let point = packet.direction.fma(distance, packet.origin);
+        let point = packet.direction.scaled(distance).plus(packet.origin);
         let mut open = packet.lanes;
         while open != 0 {
             let Some(first) = crossings[open.trailing_zeros() as usize] else { return };
@@ -247,7 +247,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         }
         let Packet { direction, flux, .. } = packet;
         let child = Packet { origin: event.point, depth: packet.depth + 1, left: None, ..packet };
-        let cosine = normal.dot(direction);
+        let cosine = normal.dot_unfused(direction);
         if media.is_opaque() {
             let flux = flux.mirrored(direction, normal, &media.metal(cosine));
             let direction = normal.fnma(cosine + cosine, direction).renormalized();

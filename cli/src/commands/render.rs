@@ -6,14 +6,15 @@ use super::{Console, Report};
 use crate::Error;
 use crate::output::{self, Depth, Format, Picture, Provenance, Target, Written};
 use crate::progress::Bar;
-use crate::registry::{self, Choice};
+use crate::registry::{self, Candidates, Choice};
+use crate::rendering::{self, Rendered, Watch};
 use crate::scene_file::{self, LoadedScene};
 use outcome::Outcome;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
-use spectral_core::tracer::{OpenOptions, Progress, TraceReport};
+use spectral_core::tracer::{Backend, OpenOptions, Progress};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -62,9 +63,17 @@ pub struct Args {
 /// [`Error`] of the scene, the outputs or the device; [`Error::Interrupted`] if nothing was finished. A
 /// picture that could not be written, or is partial, is told in the report's `failure`.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    run_among(registry::backends(), args, console)
+}
+
+/// The same with other backends than this program's.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Result<Report, Error> {
     let start = Instant::now();
     let targets = targets(args)?;
-    let choice = registry::choose(&args.backend, args.device)?;
+    let candidates = registry::choose_among(backends, &args.backend, args.device)?;
     let mut loaded = load(args)?;
     targets.iter().try_for_each(Target::check)?;
     let scene = Arc::new(prepare(args, &loaded)?);
@@ -76,13 +85,12 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     warnings.iter().for_each(|warning| console.warn(warning));
 
     let mut film = Film::new(&scene);
-    let traced = trace(&choice, &scene, &mut film, args, console)?;
-    if !(traced.finished || has_samples(&film)) {
-        return Err(Error::Interrupted);
+    let rendered = trace(args, candidates, &scene, &mut film, console, &mut warnings);
+    if !(rendered.traced.finished || has_samples(&film)) {
+        return Err(rendered.failure.unwrap_or(Error::Interrupted));
     }
-    let written = write(args, &targets, &film, &scene, &loaded, &choice, &traced);
-    let outcome =
-        Outcome { scene, device: choice.device, traced, written, warnings, elapsed: start.elapsed() };
+    let written = write(args, &targets, &film, &scene, &loaded, &rendered);
+    let outcome = Outcome { scene, rendered, written, warnings, elapsed: start.elapsed() };
     Ok(outcome.report())
 }
 
@@ -121,40 +129,47 @@ fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     })
 }
 
-/// Traces all samples, in passes that double, so that an interrupted picture is whole if coarser.
-fn trace(
-    choice: &Choice,
-    scene: &Arc<PreparedScene>,
-    film: &mut Film,
-    args: &Args,
-    console: &Console,
-) -> Result<TraceReport, Error> {
-    let failed = |e: spectral_core::Error| Error::Render {
-        device: choice.device.name.clone(),
-        message: e.to_string(),
-    };
-    let options = OpenOptions { threads: args.threads.map(|n| n as usize), ..OpenOptions::default() };
-    let mut tracer = (choice.backend.open)(&choice.device, Arc::clone(scene), &options).map_err(failed)?;
-    let samples = scene.settings.samples;
-    let pixels = u64::from(scene.width) * u64::from(scene.height);
-    let bar = Bar::new(pixels * u64::from(samples), console.quiet);
-    let mut total = TraceReport::default();
-    let mut first = 0;
-    while first < samples {
-        let pass = first..first.saturating_mul(2).clamp(first + 1, samples);
-        let before = pixels * u64::from(first);
-        first = pass.end;
-        let mut watch = |progress: Progress| {
-            console.interrupt.heed();
-            bar.set(before + progress.done);
-            if console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        total += tracer.trace(pass, film, &mut watch).map_err(failed)?;
-        if !total.finished {
-            break;
+/// Someone at a console, who sees warnings and a bar and may press Ctrl-C.
+struct Onlooker<'a, 'b> {
+    console: &'a mut Console<'b>,
+    bar: Bar,
+    warnings: &'a mut Vec<String>,
+    /// Whether the program was to choose the device.
+    auto: bool,
+}
+
+impl Watch for Onlooker<'_, '_> {
+    fn chosen(&mut self, choice: &Choice) {
+        if self.auto {
+            self.console.say(&choice.reason);
         }
     }
-    Ok(total)
+
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        self.console.interrupt.heed();
+        self.bar.set(progress.done);
+        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn replaced(&mut self, message: &str) {
+        self.console.warn(message);
+        self.warnings.push(message.to_owned());
+    }
+}
+
+fn trace(
+    args: &Args,
+    candidates: Candidates,
+    scene: &Arc<PreparedScene>,
+    film: &mut Film,
+    console: &mut Console,
+    warnings: &mut Vec<String>,
+) -> Rendered {
+    let options = OpenOptions { threads: args.threads.map(|n| n as usize), ..OpenOptions::default() };
+    let total = u64::from(scene.width) * u64::from(scene.height) * u64::from(scene.settings.samples);
+    let bar = Bar::new(total, console.quiet);
+    let auto = args.backend == registry::AUTO;
+    rendering::render(candidates, scene, film, &options, &mut Onlooker { console, bar, warnings, auto })
 }
 
 fn has_samples(film: &Film) -> bool {
@@ -167,14 +182,14 @@ fn write(
     film: &Film,
     scene: &PreparedScene,
     loaded: &LoadedScene,
-    choice: &Choice,
-    traced: &TraceReport,
+    rendered: &Rendered,
 ) -> Vec<Written> {
-    let partial = !traced.finished;
+    let partial = !rendered.traced.finished;
     let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
-    let provenance = Provenance::new(&name, &loaded.hash, scene, &choice.device, traced, partial)
-        .with("space", args.space.name().into())
-        .with("exposure", args.exposure.into());
+    let provenance =
+        Provenance::new(&name, &loaded.hash, scene, &rendered.devices, &rendered.traced, partial)
+            .with("space", args.space.name().into())
+            .with("exposure", args.exposure.into());
     let picture = Picture {
         film,
         space: args.space,

@@ -16,22 +16,23 @@ impl Provenance {
     /// What is known once the light has been traced.
     ///
     /// `scene_file` names the scene, `hash` is that of its text and of all files that it names; `partial`
-    /// says that the render was interrupted.
+    /// says that the render was interrupted. Where several devices took part, their facts are joined by " + ".
     pub fn new(
         scene_file: &str,
         hash: &str,
         scene: &PreparedScene,
-        device: &DeviceInfo,
+        devices: &[DeviceInfo],
         report: &TraceReport,
         partial: bool,
     ) -> Self {
+        let all = |fact: fn(&DeviceInfo) -> &str| devices.iter().map(fact).collect::<Vec<_>>().join(" + ");
         let facts = [
             ("version", json!(env!("CARGO_PKG_VERSION"))),
             ("scene", json!(scene_file)),
             ("scene_hash", json!(hash)),
-            ("backend", json!(device.backend)),
-            ("device", json!(device.name)),
-            ("driver", json!(device.driver)),
+            ("backend", json!(all(|d| d.backend))),
+            ("device", json!(all(|d| &d.name))),
+            ("driver", json!(all(|d| &d.driver))),
             ("settings", settings(scene)),
             ("rays", json!(report.rays)),
             ("energy", energy(&report.energy)),

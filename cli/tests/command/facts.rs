@@ -160,6 +160,10 @@ fn backends_are_listed_and_warnings_go_to_the_log() {
     let report = command(&["devices"]).unwrap();
     let names: Vec<&Value> =
         report.json["backends"].as_array().unwrap().iter().map(|b| &b["backend"]).collect();
+    for title in ["backend", "device", "name", "driver", "memory", "kind", "intersection"] {
+        assert!(report.text.lines().next().is_some_and(|line| line.contains(title)), "{}", report.text);
+    }
+    assert!(report.text.lines().all(|line| !line.contains("llvmpipe") || line.contains("software")));
     // Between them stand as many GPU devices as the machine happens to have.
     assert_eq!((names[0], names[names.len() - 1]), (&Value::from("cpu"), &Value::from("reference")));
     let place = Workplace::with(&super::support::SCENE.replace("width = 6.5\n", ""));

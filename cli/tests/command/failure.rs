@@ -2,7 +2,13 @@
 
 use super::read::{Exr, Png};
 use super::support::{SCENE, Workplace};
+use backend_cpu::CPU;
+use clap::Parser as _;
+use gemtrace::commands::{Cli, Command, Console, render};
 use gemtrace::{Error, progress::Interrupt};
+use spectral_core::film::Film;
+use spectral_core::tracer::{Backend, DeviceInfo, Progress, TraceFailure, TraceReport, Tracer};
+use std::ops::{ControlFlow, Range};
 use std::time::{Duration, Instant};
 
 fn refusal(place: &Workplace, output: &str) -> String {
@@ -133,4 +139,51 @@ fn a_render_stopped_before_its_first_sample_writes_nothing() {
             assert_eq!(place.files(), ["a.partial.png"]);
         }
     }
+}
+
+/// The processor, lost in the second call.
+struct Lost(Box<dyn Tracer>);
+
+impl Tracer for Lost {
+    fn device(&self) -> &DeviceInfo {
+        self.0.device()
+    }
+
+    fn trace(
+        &mut self,
+        samples: Range<u32>,
+        film: &mut Film,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> Result<TraceReport, Box<TraceFailure>> {
+        if samples.start == 0 {
+            return self.0.trace(samples, film, progress);
+        }
+        let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
+        Err(spectral_core::Error::Device { device, message }.into())
+    }
+}
+
+#[test]
+fn a_named_device_that_is_lost_leaves_a_partial_picture_and_exit_code_1() {
+    let card = Backend {
+        name: "card",
+        devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
+        open: |device, scene, options| Ok(Box::new(Lost((CPU.open)(device, scene, options)?))),
+        ..CPU
+    };
+    let place = Workplace::new();
+    let (scene, output) = (place.path("tiny.toml"), place.path("a.exr"));
+    let (scene, output) = (scene.display().to_string(), output.display().to_string());
+    let cli =
+        Cli::try_parse_from(["gemtrace", "render", &scene, "-o", &output, "--backend", "card"]).unwrap();
+    let Command::Render(args) = &cli.command else { unreachable!("render was asked for") };
+    let interrupt = Interrupt::default();
+    let mut log = Vec::new();
+    let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+    let report = render::run_among(&[CPU, card], args, &mut console).unwrap();
+    let failure = report.failure.unwrap();
+    assert_eq!((failure.to_string().as_str(), failure.exit_code()), ("card card: the device was lost", 1));
+    assert_eq!((place.files(), &report.json["partial"]), (vec!["a.partial.exr".to_owned()], &true.into()));
+    assert_eq!(Exr::open(&place.path("a.partial.exr")).attributes["gemtrace.device"], "card");
+    assert_eq!(report.json["choice"], "card card: as asked for");
 }

@@ -1,7 +1,8 @@
 //! The picture in batches, each short enough for a desktop: a [`Tracer`] for every GPU backend.
 //!
-//! A backend gives a [`Launch`], which has run once over nothing, so that its shaders are compiled, and which runs the kernel over a batch of camera rays once; this module chooses the
-//! batches by the time they take, resumes walks that are not over, and keeps the film and the account.
+//! A backend gives a [`Launch`], which has run once over nothing, so that its shaders are compiled, and which runs the
+//! kernel over a batch of camera rays once; this module chooses the batches by the time they take, resumes walks that
+//! are not over, and keeps the film and the account.
 
 use super::{
     block::{Primary, Seen},
@@ -9,9 +10,9 @@ use super::{
 };
 use crate::{
     Error,
-    film::{Film, PixelSample, Tile, TileSums},
+    film::{Film, Missing, PixelSample, Tile, TileSums},
     prepare::PreparedScene,
-    tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceReport, Tracer, check_call},
+    tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_call},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -29,13 +30,19 @@ const PASS: u32 = 16;
 
 /// The most memory for the paths of a batch, bytes.
 pub const PATH_MEMORY: u64 = 512 << 20;
-/// A dispatch that has not ended after this long hangs: the slowest device that is any use ends it in a hundredth.
+/// A dispatch that has not ended after this long hangs, unless [`OpenOptions::deadline`] says otherwise: the slowest
+/// device that is any use ends it in a hundredth.
 pub const DEADLINE: Duration = Duration::from_secs(120);
 /// As [`DEADLINE`], where the driver may still be compiling: some do so when a shader first runs, on busy machines for
 /// a minute.
 pub const COMPILE_DEADLINE: Duration = Duration::from_secs(600);
 /// How long a backend waits for its device before it calls `beat`.
 pub const HEARTBEAT: Duration = Duration::from_millis(50);
+
+/// What is said of a device that has not ended its work in time.
+pub fn overdue(deadline: Duration) -> String {
+    format!("the kernel has not ended after {} seconds", deadline.as_secs_f64())
+}
 
 /// What a batch gives back.
 #[derive(Debug, Clone, Default)]
@@ -58,7 +65,8 @@ pub trait Launch: Send {
     fn begin(&mut self, rays: &[Primary]) -> Result<(), Error>;
 
     /// One dispatch over the batch: every invocation follows at most `budget` rays, beginning its walk or resuming
-    /// it. Waits for it, calling `beat` every [`HEARTBEAT`], at most for [`DEADLINE`].
+    /// it. Waits for it, calling `beat` every [`HEARTBEAT`], at most for
+    /// the deadline it was opened with.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails or hangs.
@@ -128,9 +136,11 @@ impl<L: Launch> KernelTracer<L> {
                 return Ok(());
             }
             let tile = next_tile([x, y], [width, height], self.pixels(samples.len() as u32));
-            let Some(sums) = self.tile(tile, samples.clone(), run)? else { return Ok(()) };
-            run.film.add(&sums)?;
-            run.at.done += sums.samples.len() as u64;
+            for Missing { tile, samples } in run.film.missing(tile, &samples) {
+                let Some(sums) = self.tile(tile, samples, run)? else { return Ok(()) };
+                run.film.add(&sums)?;
+                run.at.done += sums.samples.len() as u64;
+            }
             x += tile.width;
             if x >= width {
                 (x, y) = (0, y + tile.height);
@@ -188,19 +198,22 @@ impl<L: Launch> Tracer for KernelTracer<L> {
         samples: Range<u32>,
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ) -> Result<TraceReport, Error> {
+    ) -> Result<TraceReport, Box<TraceFailure>> {
         check_call(&self.scene, &samples, film)?;
         let start = Instant::now();
-        let total = u64::from(self.scene.width) * u64::from(self.scene.height) * samples.len() as u64;
+        let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
         let report = TraceReport { build: self.build.take().unwrap_or_default(), ..TraceReport::default() };
         let mut run = Run { film, progress, report, at: Progress { done: 0, total }, stop: false };
         let pass = self.launch.most_samples().clamp(1, PASS);
-        for first in samples.clone().step_by(pass as usize) {
-            self.pass(first..samples.end.min(first.saturating_add(pass)), &mut run)?;
+        let mut passes = samples.clone().step_by(pass as usize);
+        let outcome = passes
+            .try_for_each(|first| self.pass(first..samples.end.min(first.saturating_add(pass)), &mut run));
+        let report =
+            TraceReport { finished: outcome.is_ok() && !run.stop, trace: start.elapsed(), ..run.report };
+        match outcome {
+            Ok(()) => Ok(report),
+            Err(error) => Err(Box::new(TraceFailure { error, report })),
         }
-        run.report.finished = !run.stop;
-        run.report.trace = start.elapsed();
-        Ok(run.report)
     }
 }
 

@@ -111,7 +111,7 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     let normal = crossing.normal;
     let at = interface_at(ray.direction, normal, here, other);
     let shares = throughput_split(ray.throughput, ray.direction, normal, at.event);
-    let origin = fma(ray.direction, vec3(crossing.distance), ray.origin);
+    let origin = ray.direction * crossing.distance + ray.origin;
     let depth = ray.depth + 1u;
     let mirrored = reflected(ray.direction, normal);
     let onward = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n / other.n);

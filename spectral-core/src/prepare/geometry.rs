@@ -43,6 +43,16 @@ pub struct PreparedStone {
     pub high: DVec3,
 }
 
+impl PreparedStone {
+    /// The most facets of a stone that is met by its planes, one by one, rather than through a hierarchy.
+    pub const MOST_PLANES: u32 = 1024;
+
+    /// Whether it is convex and of few enough facets to be met by their planes.
+    pub fn has_few_planes(&self) -> bool {
+        self.convex && self.facets.len() <= Self::MOST_PLANES as usize
+    }
+}
+
 /// All stones' surfaces. Lengths in mm.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Geometry {

@@ -66,7 +66,7 @@ impl Geometry {
     /// if it passes them by.
     pub fn approach(&self, ray: &CameraRay) -> Option<DVec3> {
         if let [stone] = self.stones.as_slice()
-            && stone.convex
+            && stone.has_few_planes()
             && self.facets.iter().any(|f| f.normal.dot(ray.origin) > f.offset)
         {
             return self.entry(stone, ray).map(|(point, _)| point);

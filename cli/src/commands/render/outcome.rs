@@ -4,17 +4,16 @@ use super::super::figure::{count, percent, seconds};
 use super::super::{Report, devices};
 use crate::Error;
 use crate::output::Written;
+use crate::rendering::Rendered;
 use serde_json::{Value, json};
 use spectral_core::prepare::PreparedScene;
-use spectral_core::tracer::{DeviceInfo, TraceReport};
 use std::sync::Arc;
 use std::time::Duration;
 
 /// A render that is over, with its pictures written as far as they could be.
 pub struct Outcome {
     pub scene: Arc<PreparedScene>,
-    pub device: DeviceInfo,
-    pub traced: TraceReport,
+    pub rendered: Rendered,
     pub written: Vec<Written>,
     pub warnings: Vec<String>,
     pub elapsed: Duration,
@@ -29,8 +28,8 @@ impl Outcome {
     fn failure(&self) -> Option<Error> {
         let mut failures: Vec<&Error> = self.written.iter().filter_map(|w| w.failure.as_ref()).collect();
         match failures.as_mut_slice() {
-            [] if self.traced.finished => None,
-            [] => Some(Error::Interrupted),
+            [] if self.rendered.traced.finished => None,
+            [] => Some(self.rendered.failure.clone().unwrap_or(Error::Interrupted)),
             [Error::Output { path, message }, rest @ ..] => {
                 let rest: String = rest.iter().map(|e| format!("; {e}")).collect();
                 Some(Error::output(path.clone(), format!("{message}{rest}")))
@@ -47,12 +46,12 @@ impl Outcome {
     fn line(&self) -> String {
         let paths = self.paths();
         let places = if paths.is_empty() { "no file".to_owned() } else { paths.join(", ") };
-        let kind = if self.traced.finished { "wrote" } else { "wrote what was finished:" };
-        let energy = &self.traced.energy;
+        let kind = if self.rendered.traced.finished { "wrote" } else { "wrote what was finished:" };
+        let energy = &self.rendered.traced.energy;
         let share = |part: f64| percent(if energy.started > 0.0 { part / energy.started } else { 0.0 });
         let mut line = format!(
             "{kind} {places} – {} rays in {}, {} of the energy dropped",
-            count(self.traced.rays),
+            count(self.rendered.traced.rays),
             seconds(self.elapsed),
             percent(energy.dropped_share())
         );
@@ -79,15 +78,17 @@ impl Outcome {
             .collect();
         json!({
             "outputs": outputs,
-            "partial": !self.traced.finished,
-            "rays": self.traced.rays,
-            "energy": crate::output::energy(&self.traced.energy),
+            "partial": !self.rendered.traced.finished,
+            "rays": self.rendered.traced.rays,
+            "energy": crate::output::energy(&self.rendered.traced.energy),
             "seconds": {
                 "total": self.elapsed.as_secs_f64(),
-                "build": self.traced.build.as_secs_f64(),
-                "trace": self.traced.trace.as_secs_f64(),
+                "build": self.rendered.traced.build.as_secs_f64(),
+                "trace": self.rendered.traced.trace.as_secs_f64(),
             },
-            "device": devices::describe(&self.device),
+            "choice": self.rendered.reason,
+            "device": self.rendered.devices.last().map(devices::describe),
+            "devices": self.rendered.devices.iter().map(devices::describe).collect::<Vec<_>>(),
             "settings": crate::output::settings(&self.scene),
             "warnings": self.warnings,
         })

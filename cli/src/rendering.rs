@@ -1,0 +1,128 @@
+//! A film filled by the first device that can, and carried on by the next if that one fails.
+
+use crate::{
+    Error,
+    registry::{Choice, label},
+};
+use spectral_core::{
+    film::Film,
+    prepare::PreparedScene,
+    tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Someone who follows a render.
+pub trait Watch {
+    /// A device is about to be opened.
+    fn chosen(&mut self, choice: &Choice);
+
+    /// Pixel samples done, of the whole film; a break stops the render.
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()>;
+
+    /// A device has failed, and another takes its place; one line.
+    fn replaced(&mut self, message: &str);
+}
+
+/// What became of a render.
+#[derive(Debug, Clone, Default)]
+pub struct Rendered {
+    /// The account of all devices together.
+    pub traced: TraceReport,
+    /// The devices that added to the film, in order.
+    pub devices: Vec<DeviceInfo>,
+    /// Why the last device was taken.
+    pub reason: String,
+    /// Why the film is not finished, unless the watcher broke it off.
+    pub failure: Option<Error>,
+}
+
+/// Adds all of a scene's samples to a film, in passes that double, so that a picture that is broken off is whole if
+/// coarser. The first of `candidates` begins; where one fails, the next carries on from what is in the film.
+///
+/// ```
+/// use gemtrace::{registry, rendering::{self, Watch}};
+/// use spectral_core::{film::Film, tracer::{OpenOptions, Progress}};
+/// use std::ops::ControlFlow;
+///
+/// struct Nobody;
+/// impl Watch for Nobody {
+///     fn chosen(&mut self, _: &registry::Choice) {}
+///     fn progress(&mut self, _: Progress) -> ControlFlow<()> { ControlFlow::Continue(()) }
+///     fn replaced(&mut self, _: &str) {}
+/// }
+///
+/// let [subject, _] = spectral_core::probe::subjects()?;
+/// let mut film = Film::new(&subject.scene);
+/// let candidates = registry::choose("cpu", None)?;
+/// let rendered =
+///     rendering::render(candidates, &subject.scene, &mut film, &OpenOptions::default(), &mut Nobody);
+/// assert!(rendered.traced.finished && rendered.devices[0].backend == "cpu");
+/// # Ok::<(), gemtrace::Error>(())
+/// ```
+pub fn render(
+    candidates: impl IntoIterator<Item = Choice>,
+    scene: &Arc<PreparedScene>,
+    film: &mut Film,
+    options: &OpenOptions,
+    watch: &mut dyn Watch,
+) -> Rendered {
+    let mut rendered = Rendered::default();
+    for choice in candidates {
+        if let Some(error) = rendered.failure.take() {
+            watch.replaced(&format!("{error}; {} carries on", label(&choice.backend, &choice.device)));
+        }
+        watch.chosen(&choice);
+        rendered.reason.clone_from(&choice.reason);
+        let outcome = (choice.backend.open)(&choice.device, Arc::clone(scene), options)
+            .and_then(|mut tracer| passes(&mut *tracer, scene, film, watch, &mut rendered));
+        match outcome {
+            Ok(()) => return rendered,
+            Err(error) => rendered.failure = Some(failure(&choice, error)),
+        }
+    }
+    rendered
+}
+
+/// All passes on one device; those that the film has already take no time.
+fn passes(
+    tracer: &mut dyn Tracer,
+    scene: &PreparedScene,
+    film: &mut Film,
+    watch: &mut dyn Watch,
+    rendered: &mut Rendered,
+) -> Result<(), spectral_core::Error> {
+    let samples = scene.settings.samples;
+    let pixels = u64::from(scene.width) * u64::from(scene.height);
+    let mut first = 0;
+    while first < samples {
+        let pass = first..first.saturating_mul(2).clamp(first + 1, samples);
+        first = pass.end;
+        let mut progress = |progress: Progress| {
+            // The film may have a part of the pass already.
+            let done = pixels * u64::from(first) - progress.total + progress.done;
+            watch.progress(Progress { done, total: pixels * u64::from(samples) })
+        };
+        let (report, error) = match tracer.trace(pass, film, &mut progress) {
+            Ok(report) => (report, None),
+            Err(failure) => (failure.report, Some(failure.error)),
+        };
+        if report.energy.started > 0.0 && rendered.devices.last() != Some(tracer.device()) {
+            rendered.devices.push(tracer.device().clone());
+        }
+        rendered.traced += report;
+        error.map_or(Ok(()), Err)?;
+        if !rendered.traced.finished {
+            break;
+        }
+    }
+    Ok(())
+}
+
+fn failure(choice: &Choice, error: spectral_core::Error) -> Error {
+    let message = match error {
+        spectral_core::Error::Device { message, .. } => message,
+        other => other.to_string(),
+    };
+    Error::Render { device: label(&choice.backend, &choice.device), message }
+}

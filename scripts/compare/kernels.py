@@ -1,0 +1,150 @@
+"""What is quick enough to be repeated in rounds, and the lines made of it."""
+
+from dataclasses import dataclass
+from typing import Callable
+
+from line import Line, Measurement, NotRun
+
+# Useful operations, counted by hand from the source of the packets (backend-cpu: planes, chain/incidence,
+# chain/texel, chain/block). A fused multiply-add, sum, product, quotient, root, minimum, maximum or comparison of
+# floating-point numbers is one operation, as the units that do the former do the others; selections, gathers,
+# searches for a facet and guesses that fail are none.
+EXIT = 13  # where a ray meets the plane of its facet, and that it does so ahead
+SIDE = 4  # that the point is on the inner side of one side of the facet
+INCIDENCE = 6  # cos² beyond the surface and its root
+POLARIZED = 57  # the frame turned 37, the row times the matrix 20
+REFLECTED = 12  # direction 4, one Newton step 7, threshold 1
+LEAVING = 116  # Fresnel's amplitudes 10, refraction 14, angles on the image 56, bilinear 18, spectrum 17, sum 1
+
+
+@dataclass
+class Comparison:
+    """A line and the measurements it is made of; `same`: the first two must have the same results."""
+
+    what: str
+    must: float
+    aim: float | None
+    names: list
+    ratio: Callable
+    caveat: str
+    same: bool = False
+    better: str = "more"
+
+
+def measurements(options):
+    """Everything that is quick enough to be repeated in rounds."""
+    peers, work = options.peers, options.work
+    embree = work / "embree"
+    brilliant, internal = work / "brilliant.mesh", work / "internal.rays"
+    torus, torus_rays = work / "torus.mesh", work / "torus.rays"
+    heap, heap_rays = work / "heap.mesh", work / "heap.rays"
+    both = "0,1"
+    return [
+        Measurement("peak", [peers, "peak"]),
+        Measurement("polarized", [peers, "render", "best", "polarized", 1]),
+        Measurement("obvhs polarized", [peers, "baseline", "polarized"]),
+        Measurement("scalar", [peers, "render", "best", "scalar", 1]),
+        Measurement("obvhs scalar", [peers, "baseline", "scalar"]),
+        Measurement("avx2", [peers, "render", "avx2", "polarized", 1]),
+        Measurement("avx512", [peers, "render", "avx512", "polarized", 1]),
+        Measurement("two cores", [peers, "render", "best", "polarized", 2], both),
+        Measurement("one of two cores", [peers, "render", "best", "polarized", 1], both),
+        Measurement("exits", [peers, "exits", "best", work]),
+        Measurement("embree packets", [embree, "trace", brilliant, internal, "packets16"]),
+        Measurement("embree single", [embree, "trace", brilliant, internal, "single"]),
+        Measurement("heap", [peers, "trace", heap, heap_rays]),
+        Measurement("embree heap", [embree, "trace", heap, heap_rays, "single"]),
+        Measurement("torus", [peers, "trace", torus, torus_rays]),
+        Measurement("embree torus", [embree, "trace", torus, torus_rays, "single", "robust"]),
+        Measurement("build", [peers, "build", torus]),
+        Measurement("embree build", [embree, "build", torus]),
+    ]
+
+
+def share_of_peak(render, baseline, peak):
+    """Useful operations over those that the core could have done; both renderers meet the same surfaces."""
+    events = baseline["events"] * (EXIT + SIDE * baseline["sides"] + INCIDENCE + POLARIZED + REFLECTED)
+    return (events + baseline["leaving"] * LEAVING) / render["cpu"] / max(peak.values())
+
+
+def agree(first, second, allowed=1e-3):
+    """Refuses a comparison of renderers whose pictures, or whose hits, differ."""
+    for a, b in zip(first, second):
+        if abs(a["mean"] - b["mean"]) > allowed * abs(b["mean"]):
+            raise NotRun(f"results differ: mean {a['mean']:.6g} and {b['mean']:.6g}")
+
+
+def quotient(first, second):
+    """Of CPU times: how many times quicker the second is."""
+    return first["cpu"] / second["cpu"]
+
+
+def wall(first, second):
+    """The same of the clock on the wall."""
+    return first["wall"] / second["wall"]
+
+
+COMPARISONS = [
+    Comparison(
+        "One convex stone, all shading, against the same renderer over obvhs CWBVH, single rays",
+        20, 35, ["obvhs polarized", "polarized"], quotient,
+        "polarised; 57 facets and 32 of the girdle, 32 wavelengths, at most 16 events. The peer is this repository's "
+        "own scalar loop with obvhs's traversal and the C library's angle functions", same=True),
+    Comparison(
+        "The same without polarisation", 20, 35, ["obvhs scalar", "scalar"], quotient,
+        "s and p averaged at every event", same=True),
+    Comparison(
+        "Polarised against averaged transport, time", 1.8, None, ["polarized", "scalar"], quotient,
+        "a ratio of times", better="less"),
+    Comparison(
+        "Intersections of internal rays, one brilliant, against Embree 16-packets",
+        10, 18, ["embree packets", "exits"], quotient,
+        "one convex stone of some 250 triangles only; the same rays in the same packets of wavelengths. Embree "
+        "serves any mesh, and makes full hit records", same=True),
+    Comparison(
+        "The same against Embree single rays", 15, 28, ["embree single", "exits"], quotient, "as above", same=True),
+    Comparison(
+        "Share of the measured peak of fused multiply-adds",
+        0.4, 0.55, ["polarized", "obvhs polarized", "peak"], share_of_peak,
+        "useful operations only, one each however simple, counted by hand: 88 and 4 for each side of the facet at a "
+        "reflection, 116 more for a ray that leaves; the peak is that of the widest registers"),
+    Comparison(
+        "AVX2 against AVX-512, speed", 0.6, 0.75, ["avx512", "avx2"], quotient,
+        "the same program, told which to use"),
+    Comparison(
+        "Two cores against one", 1.9, 1.97, ["one of two cores", "two cores"], wall,
+        "wall time: means something only on a machine that does nothing else"),
+    Comparison(
+        "A million triangles of stones, internal rays, against Embree single rays",
+        1.2, 2, ["embree heap", "heap"], quotient,
+        "4096 brilliants; gemtrace's mesh traversal, a ray at a time", same=True),
+    Comparison(
+        "Incoherent rays, a mesh of a million triangles, against Embree robust single rays",
+        0.7, 1, ["embree torus", "torus"], quotient,
+        "a torus; gemtrace's traversal is exact at edges too", same=True),
+    Comparison(
+        "Building the hierarchy of a million triangles against Embree HIGH, time",
+        4, 1.5, ["build", "embree build"], quotient,
+        "one core; a torus, where spatial splits are tried and not wanted: other meshes cost more", better="less"),
+]
+
+
+def line(comparison, results, failed):
+    """The line of a comparison."""
+    made = Line(comparison.what, comparison.must, comparison.aim, comparison.caveat, comparison.better)
+    try:
+        for name in comparison.names:
+            if name in failed:
+                raise failed[name]
+        series = [results[name] for name in comparison.names]
+        if comparison.same:
+            agree(*series[:2])
+        made.ratios = [comparison.ratio(*results) for results in zip(*series)]
+    except NotRun as reason:
+        made.not_run = str(reason)
+    return made
+
+
+def lines(results, failed):
+    """All lines."""
+    return [line(comparison, results, failed) for comparison in COMPARISONS]

@@ -1,0 +1,175 @@
+//! Does a device calculate as it should? Two pictures of 8 × 8 pixels whose colours are known.
+//!
+//! A driver may compile the kernel wrongly, or a device return what it was never asked for; both would go unnoticed in
+//! a picture that nobody has seen before. The scenes go through everything a backend has: facet planes, its own
+//! intersection, nested media, dispersion, polarisation, absorption and the light.
+
+mod expected;
+
+use crate::{
+    Error,
+    camera::{Camera, Projection},
+    environment::{Environment, LatLong},
+    film::Film,
+    material::Catalogue,
+    prepare::PreparedScene,
+    scene::{Background, Scene, Stone},
+    settings::{Leftover, RenderSettings},
+    shape::ShapeSpec,
+    tracer::{Backend, DeviceInfo, OpenOptions},
+    wavelength::WavelengthGrid,
+};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Edge of a picture, pixels.
+pub const SIZE: u32 = 8;
+/// The relative difference beyond which a pixel is wrong.
+const TOLERANCE: f32 = 1e-3;
+/// Pixels of a picture that may be wrong: sound devices may fall on different sides of a facet's edge.
+const STRAY: usize = 3;
+
+/// A scene and what it looks like.
+#[derive(Debug, Clone)]
+pub struct Subject {
+    /// What is in it.
+    pub name: &'static str,
+    /// The scene.
+    pub scene: Arc<PreparedScene>,
+    /// CIE XYZ of every pixel, row by row, by the double-precision reference.
+    pub expected: &'static [[f32; 3]],
+}
+
+/// The scenes of the probe.
+///
+/// # Errors
+/// None in practice: of a built-in shape or material that is not there.
+pub fn subjects() -> Result<[Subject; 2], Error> {
+    let alone = vec![stone("step", "sapphire", 6.5)?];
+    let mut inclusion = stone("step", "diamond", 1.6)?;
+    (inclusion.position, inclusion.rotation) = ([0.4, -0.3, -0.4].into(), [25.0, 10.0, 30.0].into());
+    let nested = vec![stone("step", "emerald", 6.5)?, inclusion];
+    Ok([
+        subject("a stone alone", alone, &expected::ALONE)?,
+        subject("a stone within another", nested, &expected::NESTED)?,
+    ])
+}
+
+fn subject(name: &'static str, stones: Vec<Stone>, expected: &'static [[f32; 3]]) -> Result<Subject, Error> {
+    let scene = Arc::new(PreparedScene::new(&scene(stones), &settings()?)?);
+    Ok(Subject { name, scene, expected })
+}
+
+/// Renders the scenes on a device and compares.
+///
+/// # Errors
+/// [`Error::Device`] where the device fails, or its pictures are not what they should be; the message says what was
+/// expected and what was found.
+pub fn probe(backend: &Backend, device: &DeviceInfo, options: &OpenOptions) -> Result<(), Error> {
+    for subject in subjects()? {
+        let mut film = Film::new(&subject.scene);
+        let mut tracer = (backend.open)(device, subject.scene.clone(), options)?;
+        let samples = 0..subject.scene.settings.samples;
+        tracer.trace(samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
+        subject.judge(&film).map_err(|message| Error::Device { device: device.name.clone(), message })?;
+    }
+    Ok(())
+}
+
+impl Subject {
+    /// Whether a picture is what it should be.
+    ///
+    /// # Errors
+    /// What is wrong with it, in words.
+    pub fn judge(&self, film: &Film) -> Result<(), String> {
+        let pixels = (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y)));
+        let wrong: Vec<_> = pixels
+            .map(|(x, y)| (x, y, film.xyz(x, y), self.expected[(y * SIZE + x) as usize]))
+            .filter(|(_, _, found, expected)| !alike(found, expected))
+            .collect();
+        match wrong.as_slice() {
+            [(x, y, found, expected), ..] if wrong.len() > STRAY => Err(format!(
+                "the probe, {}, comes out wrong in {} of {} pixels: pixel ({x}, {y}) should have XYZ {expected:?} \
+                 and has {found:?}",
+                self.name,
+                wrong.len(),
+                SIZE * SIZE
+            )),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Not where anything is infinite or no number.
+fn alike(found: &[f32; 3], expected: &[f32; 3]) -> bool {
+    let scale = expected.iter().fold(0.0, |a: f32, b| a.max(b.abs()));
+    found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= TOLERANCE * scale)
+}
+
+fn stone(shape: &str, material: &str, width: f64) -> Result<Stone, Error> {
+    let (mesh, _) = ShapeSpec::by_name(shape)?.cut()?.solid()?;
+    let material = Catalogue::builtin().get(material)?.clone();
+    Ok(Stone { width: Some(width), ..Stone::new(shape, Arc::new(mesh), Arc::new(material)) })
+}
+
+fn scene(stones: Vec<Stone>) -> Scene {
+    let camera = Camera {
+        position: [3.0, -11.0, 28.0].into(),
+        look_at: [0.0; 3].into(),
+        up: [0.0, 0.0, 1.0].into(),
+        projection: Projection::Perspective { fov: 14.0 },
+    };
+    let environment = Environment { rotation: 25.0, ..Environment::image(LatLong::studio()) };
+    Scene { camera, width: SIZE, height: SIZE, background: Background::Environment, environment, stones }
+}
+
+fn settings() -> Result<RenderSettings, Error> {
+    Ok(RenderSettings {
+        samples: 1,
+        wavelengths: WavelengthGrid::list(vec![460.0, 550.0, 640.0])?,
+        jitter: false,
+        max_depth: 16,
+        leftover: Leftover::Exit,
+        threshold: 1e-2,
+        polarized: true,
+        spectral: false,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::film::{PixelSample, TileSums};
+
+    fn film(subject: &Subject, change: impl Fn(usize, [f32; 3]) -> [f32; 3]) -> Film {
+        let mut film = Film::new(&subject.scene);
+        let sample = |(i, &xyz): (usize, &[f32; 3])| PixelSample { xyz: change(i, xyz), coverage: 1.0 };
+        let samples = subject.expected.iter().enumerate().map(sample).collect();
+        film.add(&TileSums { tile: film.tile(), samples, radiance: Vec::new() })
+            .expect("the film's own tile");
+        film
+    }
+
+    #[test]
+    fn a_lie_is_told_from_rounding_and_from_a_facets_edge() {
+        for subject in subjects().expect("valid scenes") {
+            let judge = |change: &dyn Fn(usize, [f32; 3]) -> [f32; 3]| subject.judge(&film(&subject, change));
+            assert_eq!(judge(&|_, xyz| xyz.map(|v| v * 1.0005)), Ok(()));
+            assert_eq!(judge(&|i, xyz| if i % 30 == 0 { [9.0; 3] } else { xyz }), Ok(()));
+            let message = judge(&|_, xyz| xyz.map(|v| v * 1.01)).expect_err("wrong");
+            assert!(
+                message.contains("wrong in 64 of 64 pixels: pixel (0, 0) should have XYZ ["),
+                "{message}"
+            );
+            for bad in [0.0, f32::NAN, f32::INFINITY] {
+                assert!(judge(&|_, _| [bad; 3]).is_err());
+            }
+        }
+    }
+
+    #[test]
+    fn the_scenes_need_planes_and_a_hierarchy() {
+        let [alone, nested] = subjects().expect("valid scenes");
+        assert!(alone.scene.lone_convex_stone().is_some() && nested.scene.lone_convex_stone().is_none());
+    }
+}
