@@ -13,7 +13,8 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use portable::{Flags, Portable};
 #[cfg(target_arch = "x86_64")]
-pub use x86::{Avx2, Avx512, Mask256, Mask512};
+// Not to be named elsewhere: their values may exist only where `Instructions` has found the registers.
+pub(crate) use x86::{Avx2, Avx512};
 
 /// Lanes of a packet.
 pub const WIDTH: usize = 16;

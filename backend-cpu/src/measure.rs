@@ -92,10 +92,8 @@ mod tests {
         let scene = PreparedScene::new(&scene, &RenderSettings::default()).unwrap();
         let exits = Exits::new(&scene, Instructions::best()).unwrap();
         let mut direction = [[0.0; WIDTH]; 3];
-        for lane in 0..WIDTH {
-            let angle = lane as f32;
-            (direction[0][lane], direction[2][lane]) = (angle.sin(), angle.cos());
-        }
+        direction[0] = std::array::from_fn(|lane| (lane as f32).sin());
+        direction[2] = std::array::from_fn(|lane| (lane as f32).cos());
         let mut distances = [[0.0; WIDTH]];
         exits.distances(&[RayPacket::new([[0.0; WIDTH]; 3], direction, u16::MAX)], &mut distances);
         for lane in 0..WIDTH {
