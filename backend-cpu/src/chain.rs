@@ -20,7 +20,7 @@ use spectral_core::{
     film::Tile,
     prepare::PreparedScene,
     scene::Background,
-    settings::{Leftover, RenderSettings, pixel_offset},
+    settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -108,7 +108,7 @@ impl ChainTracer<'_> {
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
                 for sample in samples.clone() {
-                    let [dx, dy] = pixel_offset(sample, scene.settings.samples);
+                    let [dx, dy] = scene.settings.offset(sample);
                     arrivals.push(self.arrival(&scene.view.ray(f64::from(x) + dx, f64::from(y) + dy)));
                 }
             }

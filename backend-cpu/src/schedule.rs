@@ -9,7 +9,6 @@ use spectral_core::{
     Error,
     film::{Film, Missing, PixelSample, Tile, TileSums},
     prepare::{PreparedScene, SpectralTable},
-    settings::pixel_offset,
     tracer::{OpenOptions, Progress, TraceFailure, TraceReport, check_call},
 };
 use std::ops::{ControlFlow, Range};
@@ -225,7 +224,7 @@ impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
                 for sample in samples.clone() {
-                    let offset = pixel_offset(sample, scene.settings.samples);
+                    let offset = scene.settings.offset(sample);
                     let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
                     let mut work = Work { account: Account::default(), stop };
                     let covered = kernel.sample(at, sample, &mut radiance, &mut work);

@@ -20,7 +20,7 @@ use spectral_core::{
     film::Tile,
     prepare::{FacetPlane, Nest, PreparedScene, PreparedStone, Rank},
     scene::Background,
-    settings::{Leftover, RenderSettings, pixel_offset},
+    settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -147,7 +147,7 @@ impl TreeTracer<'_> {
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
                 for sample in samples.clone() {
-                    let [dx, dy] = pixel_offset(sample, self.scene.settings.samples);
+                    let [dx, dy] = self.scene.settings.offset(sample);
                     arrivals.push(self.arrival([f64::from(x) + dx, f64::from(y) + dy]));
                 }
             }

@@ -54,6 +54,11 @@ impl Bar {
     pub fn set(&self, done: u64) {
         self.0.set_position(done);
     }
+
+    /// Shows another total.
+    pub fn set_total(&self, total: u64) {
+        self.0.set_length(total);
+    }
 }
 
 impl Drop for Bar {

@@ -5,19 +5,24 @@ use crate::{
     registry::{Choice, label},
 };
 use spectral_core::{
-    film::Film,
+    film::{Film, Missing},
     prepare::PreparedScene,
+    settings::RenderSettings,
     tracer::{DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
 };
 use std::ops::ControlFlow;
 use std::sync::Arc;
+
+/// The samples at which a picture is first judged; nine is the fewest that any part of it gets.
+const LEAST: u32 = 3;
 
 /// Someone who follows a render.
 pub trait Watch {
     /// A device is about to be opened.
     fn chosen(&mut self, choice: &Choice);
 
-    /// Pixel samples done, of the whole film; a break stops the render.
+    /// Pixel samples done, of the whole film; there will be fewer in all where parts of it settle. A break stops the
+    /// render.
     fn progress(&mut self, progress: Progress) -> ControlFlow<()>;
 
     /// A device has failed, and another takes its place; one line.
@@ -38,7 +43,7 @@ pub struct Rendered {
 }
 
 /// Adds all of a scene's samples to a film, in passes that double, so that a picture that is broken off is whole if
-/// coarser. The first of `candidates` begins; where one fails, the next carries on from what is in the film.
+/// coarser, and that parts of it whose samples agree are left alone from then on, if the settings say so. The first of `candidates` begins; where one fails, the next carries on from what is in the film.
 ///
 /// ```
 /// use gemtrace::{registry, rendering::{self, Watch}};
@@ -92,17 +97,17 @@ fn passes(
     watch: &mut dyn Watch,
     rendered: &mut Rendered,
 ) -> Result<(), spectral_core::Error> {
-    let samples = scene.settings.samples;
-    let pixels = u64::from(scene.width) * u64::from(scene.height);
+    let RenderSettings { samples, tolerance, .. } = scene.settings;
+    // Samples are nested by threes where parts of the picture may stop early.
+    let factor = if tolerance > 0.0 { 3 } else { 2 };
     let mut first = 0;
     while first < samples {
-        let pass = first..first.saturating_mul(2).clamp(first + 1, samples);
+        let pass = first..first.saturating_mul(factor).clamp(first + 1, samples);
         first = pass.end;
-        let mut progress = |progress: Progress| {
-            // The film may have a part of the pass already.
-            let done = pixels * u64::from(first) - progress.total + progress.done;
-            watch.progress(Progress { done, total: pixels * u64::from(samples) })
-        };
+        let before = film.total_samples();
+        let total = before + film.missing(film.tile(), &(0..samples)).iter().map(Missing::count).sum::<u64>();
+        let mut progress =
+            |progress: Progress| watch.progress(Progress { done: before + progress.done, total });
         let (report, error) = match tracer.trace(pass, film, &mut progress) {
             Ok(report) => (report, None),
             Err(failure) => (failure.report, Some(failure.error)),
@@ -114,6 +119,9 @@ fn passes(
         error.map_or(Ok(()), Err)?;
         if !rendered.traced.finished {
             break;
+        }
+        if tolerance > 0.0 && first >= LEAST {
+            film.settle(first, tolerance);
         }
     }
     Ok(())

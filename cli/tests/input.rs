@@ -284,6 +284,8 @@ fn wrong_types_and_values_name_line_key_value_and_what_would_do() {
             "[render]\nwavelengths = [500, 400]",
             "line 6: wavelengths[1]: 400 is not valid; a list must ascend",
         ),
+        ("[render]\nquality = \"drft\"", "line 6: unknown quality 'drft'; did you mean 'draft'"),
+        ("[render]\ntolerance = -1", "line 6: tolerance: -1 is not valid; a colour difference from 0"),
         ("[render]\nthreshold = 1", "line 6: threshold: 1 is not valid; a throughput from 0"),
         (
             "[environment]\nilluminant = \"D50\"",

@@ -11,7 +11,7 @@ use spectral_core::cut::Cut;
 use spectral_core::environment::{LatLong, Source};
 use spectral_core::mesh::Plane;
 use spectral_core::scene::Background;
-use spectral_core::settings::Leftover;
+use spectral_core::settings::{Leftover, Quality, RenderSettings};
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -282,7 +282,18 @@ fn the_other_ways_to_say_it_arrive_too() {
     assert!(loaded.warnings.iter().any(|w| w.message.contains("mine has no width")), "{:?}", loaded.warnings);
     let rest =
         scene_file::parse(&text[..text.find("[film]").unwrap()], Path::new("a.toml"), folder.path()).unwrap();
-    assert_eq!(rest.settings, spectral_core::settings::RenderSettings::default());
+    let settings = |render: &str| {
+        let text = format!("{}[render]\n{render}\n", &text[..text.find("[film]").unwrap()]);
+        scene_file::parse(&text, Path::new("a.toml"), folder.path()).unwrap().settings
+    };
+    let plain = RenderSettings::default();
+    assert_eq!(rest.settings, plain.at(Quality::Normal));
+    assert_eq!(settings("quality = 'draft'"), plain.at(Quality::Draft));
+    // Numbers are for what the quality leaves open, wherever they stand.
+    assert_eq!(settings("samples = 4\nquality = 'final'"), plain.at(Quality::Final).with_samples(4));
+    let most = RenderSettings { samples: 27, tolerance: 2.0, ..plain.at(Quality::Normal) };
+    assert_eq!(settings("samples = 27\ntolerance = 2"), most);
+    assert_eq!(settings("spectral = true").wavelengths, plain.wavelengths);
     assert!(rest.scene.stones.is_empty() && rest.files.is_empty());
 }
 

@@ -1,8 +1,10 @@
 //! The picture as it grows: CIE XYZ, coverage and, if asked for, the radiance of every wavelength.
 
 mod agreement;
+mod convergence;
 
 pub use agreement::Agreement;
+pub use convergence::BLOCK;
 
 use crate::{Error, color::RgbSpace, prepare::PreparedScene};
 use std::ops::Range;
@@ -67,6 +69,7 @@ pub struct Film {
     coverage: Vec<f32>,
     samples: Vec<u32>,
     radiance: Vec<f32>,
+    convergence: convergence::Convergence,
 }
 
 impl Film {
@@ -87,6 +90,7 @@ impl Film {
             coverage: vec![0.0; pixels],
             samples: vec![0; pixels],
             radiance: vec![0.0; pixels * wavelengths],
+            convergence: convergence::Convergence::new(scene.width, scene.height),
         }
     }
 
@@ -114,7 +118,7 @@ impl Film {
 
     /// The memory that a film takes, bytes.
     pub fn bytes(width: u32, height: u32, wavelengths: usize) -> u128 {
-        u128::from(width) * u128::from(height) * (20 + 4 * wavelengths as u128)
+        u128::from(width) * u128::from(height) * (32 + 4 * wavelengths as u128)
     }
 
     /// Columns.
@@ -138,9 +142,9 @@ impl Film {
     }
 
     /// What the pixels of a tile lack of `samples`, cut into rectangles of pixels that lack the same: those that are
-    /// not yet there, of a pixel with k samples from k on. Nothing for pixels that have them all, and one rectangle
-    /// where all have equally many, which is the rule: others come of a call that was broken off. Panics for a tile
-    /// that reaches outside the film.
+    /// not yet there, of a pixel with k samples from k on. Nothing for pixels that have them all or are
+    /// [settled](Film::settle), and one rectangle where all have equally many, which is the rule: others come of a
+    /// call that was broken off, or of settled neighbours. Panics for a tile that reaches outside the film.
     pub fn missing(&self, tile: Tile, samples: &Range<u32>) -> Vec<Missing> {
         let mut found: Vec<Missing> = Vec::new();
         // The rectangles that reach the row before.
@@ -165,11 +169,14 @@ impl Film {
         let first = self.index(row.x, row.y);
         let mut x = row.x;
         let mut found = Vec::new();
-        for run in self.samples[first..first + row.width as usize].chunk_by(|a, b| a == b) {
+        let settled = self.convergence.settled_in_row(row);
+        let states: Vec<_> = self.samples[first..first + row.width as usize].iter().zip(settled).collect();
+        for run in states.chunk_by(|a, b| a == b) {
             let tile = Tile { x, width: run.len() as u32, ..row };
             x += tile.width;
-            let lacking = samples.start.max(run[0])..samples.end;
-            if !lacking.is_empty() {
+            let (has, settled) = run[0];
+            let lacking = samples.start.max(*has)..samples.end;
+            if !settled && !lacking.is_empty() {
                 found.push(Missing { tile, samples: lacking });
             }
         }
@@ -227,9 +234,27 @@ impl Film {
         self.samples[self.index(x, y)]
     }
 
-    /// Whether every pixel has at least `samples` samples.
+    /// Whether every pixel has at least `samples` samples, or is settled with fewer.
     pub fn is_complete(&self, samples: u32) -> bool {
-        self.samples.iter().all(|&n| n >= samples)
+        self.missing(self.tile(), &(0..samples)).is_empty()
+    }
+
+    /// Samples of all pixels together.
+    pub fn total_samples(&self) -> u64 {
+        self.samples.iter().map(|&n| u64::from(n)).sum()
+    }
+
+    /// Settles blocks of [`BLOCK`] × [`BLOCK`] pixels that need no more than the `samples` samples they have:
+    /// [`missing`](Film::missing) leaves them out from then on. A block is settled once the colours of its pixels
+    /// differ from those at the last judgement by at most `tolerance`, ΔE00 in the root mean square; so the first
+    /// judgement settles nothing. With three times the samples each time, what remains is less than what it differed
+    /// by. It depends on the block's own samples alone, so it does not matter who renders its neighbours.
+    ///
+    /// To be called when the film has come to `samples`; one that was judged there, or further, is left as it is, so
+    /// that a render that is carried on decides as it did before.
+    pub fn settle(&mut self, samples: u32, tolerance: f64) {
+        let Film { xyz, samples: counts, convergence, .. } = self;
+        convergence.settle(samples, tolerance, |i| xyz[i].map(|v| v * inverse(counts[i])));
     }
 
     /// Mean CIE XYZ of a pixel; 0 where it has no sample. Panics outside the film.
@@ -280,7 +305,8 @@ mod tests {
     fn film(width: u32, height: u32) -> Film {
         let pixels = width as usize * height as usize;
         let (xyz, coverage, samples) = (vec![[0.0; 3]; pixels], vec![0.0; pixels], vec![0; pixels]);
-        Film { width, height, wavelengths: 0, xyz, coverage, samples, radiance: Vec::new() }
+        let convergence = convergence::Convergence::new(width, height);
+        Film { width, height, wavelengths: 0, xyz, coverage, samples, radiance: Vec::new(), convergence }
     }
 
     fn add(film: &mut Film, [x, y, width, height]: [u32; 4], count: usize) {

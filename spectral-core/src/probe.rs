@@ -126,6 +126,7 @@ fn scene(stones: Vec<Stone>) -> Scene {
 fn settings() -> Result<RenderSettings, Error> {
     Ok(RenderSettings {
         samples: 1,
+        tolerance: 0.0,
         wavelengths: WavelengthGrid::list(vec![460.0, 550.0, 640.0])?,
         jitter: false,
         max_depth: 16,

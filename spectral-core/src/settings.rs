@@ -14,6 +14,41 @@ pub enum Leftover {
     Drop,
 }
 
+/// How much work a picture is worth: numbers chosen together, for [`RenderSettings::at`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Quality {
+    /// To see at once whether the scene is what was meant.
+    Draft,
+    /// To look at.
+    #[default]
+    Normal,
+    /// To print, or to measure.
+    Final,
+}
+
+impl Quality {
+    /// All of them, the quickest first.
+    pub const ALL: [Quality; 3] = [Quality::Draft, Quality::Normal, Quality::Final];
+
+    /// The name in scene files and on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Quality::Draft => "draft",
+            Quality::Normal => "normal",
+            Quality::Final => "final",
+        }
+    }
+
+    /// The quality of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] with the nearest name.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
+        let found = Self::ALL.into_iter().find(|quality| quality.name() == name);
+        found.ok_or_else(|| Error::unknown("quality", name, Self::ALL.map(Self::name)))
+    }
+}
+
 /// The settings of a render; everything that is not the scene.
 ///
 /// ```
@@ -23,8 +58,11 @@ pub enum Leftover {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
-    /// Samples a pixel, in the pattern of [`pixel_offset`].
+    /// Samples a pixel; where there is a `tolerance`, the most. They lie in the pixel as [`offset`](Self::offset) says.
     pub samples: u32,
+    /// Spend samples where they change the picture: parts of it that three times as many have changed by no more than
+    /// this, ΔE00, take no more (see [`Film::settle`](crate::film::Film::settle)). 0: every pixel takes them all.
+    pub tolerance: f64,
     /// The wavelengths traced for each sample.
     pub wavelengths: WavelengthGrid,
     /// Shift the wavelengths within their cells from sample to sample (see [`WavelengthGrid::jittered`]).
@@ -41,11 +79,49 @@ pub struct RenderSettings {
     pub spectral: bool,
 }
 
+/// The wavelengths of every [`Quality`]. Eight carry every colour exactly and fill half a packet; as they move from
+/// sample to sample, more of them at the cost of samples make the picture worse.
+const WAVELENGTHS: usize = 8;
+
 impl RenderSettings {
     /// The most samples a pixel that are accepted.
     pub const MAX_SAMPLES: u32 = 65_536;
     /// The largest depth limit accepted: bounds the explicit stack of a path.
     pub const MAX_DEPTH: u32 = 4_096;
+
+    /// These settings with the samples, wavelengths, depth and thresholds of a quality. What the picture is of stays:
+    /// the range of wavelengths, or the whole grid where each counts by itself, as in a list or a spectral film; the
+    /// rule for leftovers; polarisation.
+    ///
+    /// ```
+    /// use spectral_core::settings::{Quality, RenderSettings};
+    /// let draft = RenderSettings::default().at(Quality::Draft);
+    /// assert!(draft.samples < RenderSettings::default().samples);
+    /// ```
+    #[must_use]
+    pub fn at(&self, quality: Quality) -> Self {
+        let (samples, tolerance, max_depth, threshold) = match quality {
+            Quality::Draft => (1, 0.0, 24, 1e-2),
+            Quality::Normal => (243, 0.7, 64, 1e-4),
+            Quality::Final => (729, 0.3, 256, 1e-5),
+        };
+        let kept = self.spectral || !self.wavelengths.can_jitter();
+        let wavelengths =
+            if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(WAVELENGTHS) };
+        RenderSettings { samples, tolerance, max_depth, threshold, wavelengths, ..self.clone() }
+    }
+
+    /// These settings with `samples` for every pixel, without a tolerance: who counts samples means that many.
+    #[must_use]
+    pub fn with_samples(&self, samples: u32) -> Self {
+        RenderSettings { samples, tolerance: 0.0, ..self.clone() }
+    }
+
+    /// Where sample `index` lies in its pixel, as [`pixel_offset`] has it; where there is a tolerance, as
+    /// [`nested_offset`], since then pixels stop at different numbers of samples.
+    pub fn offset(&self, index: u32) -> [f64; 2] {
+        if self.tolerance > 0.0 { nested_offset(index) } else { pixel_offset(index, self.samples) }
+    }
 
     /// Refuses settings that cannot be meant, with what would be valid.
     ///
@@ -61,6 +137,10 @@ impl RenderSettings {
         };
         within("samples", self.samples, Self::MAX_SAMPLES)?;
         within("max_depth", self.max_depth, Self::MAX_DEPTH)?;
+        if !(0.0..=100.0).contains(&self.tolerance) {
+            let expected = "a colour difference from 0 (every pixel takes all samples) to 100";
+            return Err(Error::value("tolerance", self.tolerance, expected));
+        }
         if !(0.0..1.0).contains(&self.threshold) {
             return Err(Error::value(
                 "threshold",
@@ -76,6 +156,7 @@ impl Default for RenderSettings {
     fn default() -> Self {
         RenderSettings {
             samples: 16,
+            tolerance: 0.0,
             wavelengths: WavelengthGrid::default(),
             jitter: true,
             max_depth: 64,
@@ -110,6 +191,30 @@ pub fn pixel_offset(index: u32, count: u32) -> [f64; 2] {
     R2.map(|step| (0.5 + from_middle * step).rem_euclid(1.0))
 }
 
+/// Where sample `index` of any number lies in its pixel: the first 9ᵏ samples are the 3ᵏ × 3ᵏ grid of
+/// [`pixel_offset`], whose points are among those of the next; the first 3 · 9ᵏ are a lattice between the two.
+///
+/// ```
+/// use spectral_core::settings::nested_offset;
+/// assert_eq!(nested_offset(0), [0.5, 0.5]);
+/// assert_eq!(nested_offset(1), [5.0 / 6.0, 5.0 / 6.0]);
+/// ```
+pub fn nested_offset(index: u32) -> [f64; 2] {
+    // Of the nine ninths of a cell first the diagonal's, its middle before all, then those of its two translates.
+    let ninth = |digit: u32| {
+        let (along, across) = (digit % 3, digit / 3);
+        [along + across, along].map(|third| f64::from((third + 1) % 3) - 1.0)
+    };
+    let (mut offset, mut cell, mut rest) = ([0.5; 2], 1.0, index);
+    while rest > 0 {
+        cell /= 3.0;
+        let step = ninth(rest % 9);
+        offset = [offset[0] + step[0] * cell, offset[1] + step[1] * cell];
+        rest /= 9;
+    }
+    offset
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -128,6 +233,25 @@ mod tests {
     }
 
     #[test]
+    fn nested_samples_fill_one_grid_after_another() {
+        let sorted = |mut points: Vec<[i64; 2]>| {
+            points.sort_unstable();
+            points
+        };
+        // In units of a twice 27th, so that the middles of all cells are whole numbers.
+        let whole = |[x, y]: [f64; 2]| [x, y].map(|v| (v * 54.0).round() as i64);
+        for side in [1u32, 3, 9, 27] {
+            let count = side * side;
+            let nested = sorted((0..count).map(|i| whole(nested_offset(i))).collect());
+            assert_eq!(nested, sorted((0..count).map(|i| whole(pixel_offset(i, count))).collect()), "{side}");
+        }
+        for count in [3, 27, 243] {
+            let mean = (0..count).map(|i| nested_offset(i)[0]).sum::<f64>() / f64::from(count);
+            assert!((mean - 0.5).abs() < 1e-12, "{count}: {mean}");
+        }
+    }
+
+    #[test]
     fn bad_settings_are_refused_with_their_bounds() {
         let refuse = |settings: RenderSettings, what: &str| {
             let message = settings.validate().expect_err("must be refused").to_string();
@@ -136,6 +260,7 @@ mod tests {
         let ok = RenderSettings::default;
         refuse(RenderSettings { samples: 0, ..ok() }, "samples: 0");
         refuse(RenderSettings { max_depth: 5000, ..ok() }, "from 1 to 4096");
+        refuse(RenderSettings { tolerance: -1.0, ..ok() }, "tolerance: -1");
         refuse(RenderSettings { threshold: f64::NAN, ..ok() }, "threshold: NaN");
     }
 }

@@ -138,6 +138,15 @@ impl WavelengthGrid {
         }
     }
 
+    /// The same range in `count` cells, at most [`MAX_COUNT`]; a list stays as it is.
+    #[must_use]
+    pub fn with_count(&self, count: usize) -> Self {
+        match self.layout {
+            Layout::List => self.clone(),
+            Layout::Cells => Self::cells(self.range, count.clamp(1, MAX_COUNT), 0.5),
+        }
+    }
+
     /// Whether [`jittered`](Self::jittered) moves the wavelengths: true for [`midpoints`](Self::midpoints).
     pub fn can_jitter(&self) -> bool {
         self.layout == Layout::Cells

@@ -34,6 +34,7 @@ pub const MEAN: f64 = 1e-4;
 fn settings(wavelengths: usize) -> RenderSettings {
     RenderSettings {
         samples: 1,
+        tolerance: 0.0,
         wavelengths: WavelengthGrid::midpoints([400.0, 700.0], wavelengths).expect("a valid grid"),
         jitter: false,
         max_depth: 32,

@@ -91,6 +91,7 @@ fn plain(kind: Kind) -> Material {
 pub fn settings(nm: &[f64]) -> RenderSettings {
     RenderSettings {
         samples: 1,
+        tolerance: 0.0,
         wavelengths: WavelengthGrid::list(nm.to_vec()).expect("ascending wavelengths"),
         jitter: false,
         max_depth: 64,

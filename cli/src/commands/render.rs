@@ -14,6 +14,7 @@ use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
+use spectral_core::settings::Quality;
 use spectral_core::tracer::{Backend, OpenOptions, Progress};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -35,9 +36,15 @@ pub struct Args {
     /// Which of the backend's devices, counted from 0.
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
-    /// Samples a pixel, in place of the scene's.
+    /// Samples, wavelengths, depth and thresholds chosen together, in place of the scene's: draft, normal or final.
+    #[arg(long, value_name = "NAME", value_parser = parse_quality)]
+    pub quality: Option<Quality>,
+    /// Samples for every pixel, or with --tolerance the most, in place of the scene's.
     #[arg(long, value_name = "N")]
     pub samples: Option<u32>,
+    /// Spend samples where they change the picture by more than this colour difference, ΔE00; 0: everywhere alike.
+    #[arg(long, value_name = "DELTA_E")]
+    pub tolerance: Option<f64>,
     /// Picture size in pixels, in place of the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
@@ -115,8 +122,14 @@ fn load(args: &Args) -> Result<LoadedScene, Error> {
     if let Some([width, height]) = args.size {
         (loaded.scene.width, loaded.scene.height) = (width, height);
     }
+    if let Some(quality) = args.quality {
+        loaded.settings = loaded.settings.at(quality);
+    }
     if let Some(samples) = args.samples {
-        loaded.settings.samples = samples;
+        loaded.settings = loaded.settings.with_samples(samples);
+    }
+    if let Some(tolerance) = args.tolerance {
+        loaded.settings.tolerance = tolerance;
     }
     Ok(loaded)
 }
@@ -124,7 +137,7 @@ fn load(args: &Args) -> Result<LoadedScene, Error> {
 /// Prepares a scene; what is wrong with it is the scene file's fault unless the command line changed it.
 fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-        let changed = args.size.is_some() || args.samples.is_some();
+        let changed = args.size.is_some() || args.samples.is_some() || args.tolerance.is_some();
         if changed { Error::Core(error) } else { Error::file(&args.scene, error) }
     })
 }
@@ -147,6 +160,7 @@ impl Watch for Onlooker<'_, '_> {
 
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
         self.console.interrupt.heed();
+        self.bar.set_total(progress.total);
         self.bar.set(progress.done);
         if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
@@ -220,6 +234,10 @@ pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 
 fn parse_space(name: &str) -> Result<RgbSpace, String> {
     RgbSpace::by_name(name).map_err(|e| e.to_string())
+}
+
+fn parse_quality(name: &str) -> Result<Quality, String> {
+    Quality::by_name(name).map_err(|e| e.to_string())
 }
 
 fn parse_stops(text: &str) -> Result<f64, String> {

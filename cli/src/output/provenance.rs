@@ -71,6 +71,7 @@ pub fn settings(scene: &PreparedScene) -> Value {
         "width": scene.width,
         "height": scene.height,
         "samples": s.samples,
+        "tolerance": s.tolerance,
         "wavelengths": s.wavelengths.nm(),
         "jitter": s.jitter && s.wavelengths.can_jitter(),
         "max_depth": s.max_depth,

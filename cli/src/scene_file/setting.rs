@@ -2,18 +2,22 @@
 
 use super::fields::{Entry, Fields, either};
 use crate::Error;
-use spectral_core::settings::{Leftover, RenderSettings};
+use spectral_core::settings::{Leftover, Quality, RenderSettings};
 use spectral_core::wavelength::WavelengthGrid;
 use toml::de::DeValue;
 
 const LEFTOVERS: [&str; 2] = ["exit", "drop"];
 
 pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
-    let mut settings = RenderSettings::default();
+    let mut settings = RenderSettings::default().at(Quality::default());
     let Some(entry) = root.get("render") else { return Ok(settings) };
     let fields = entry.fields("[render]")?;
+    if let Some(entry) = fields.get("quality") {
+        let name = entry.text(&format!("one of {}", either(&Quality::ALL.map(Quality::name))))?;
+        settings = settings.at(Quality::by_name(name).map_err(|e| entry.error(e))?);
+    }
     if let Some(entry) = fields.get("samples") {
-        settings.samples = entry.whole("a whole number of samples a pixel")?;
+        settings = settings.with_samples(entry.whole("a whole number of samples a pixel")?);
     }
     let mut jitter = None;
     if let Some(entry) = fields.get("wavelengths") {
@@ -33,6 +37,9 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
         Some((flag, _)) => flag,
         None => settings.jitter && settings.wavelengths.can_jitter(),
     };
+    if let Some(entry) = fields.get("tolerance") {
+        settings.tolerance = entry.number("a colour difference from 0 to 100")?;
+    }
     if let Some(entry) = fields.get("max_depth") {
         settings.max_depth = entry.whole("a whole number of surface events")?;
     }
@@ -51,6 +58,9 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
             *slot = entry.flag()?;
         }
     }
+    if settings.spectral && fields.get("wavelengths").is_none() {
+        settings.wavelengths = WavelengthGrid::default();
+    }
     fields.finish()?;
     settings.validate().map_err(|e| fields.blame(e))?;
     Ok(settings)
@@ -62,7 +72,7 @@ fn wavelengths<'a>(entry: &Entry<'a>) -> Result<(WavelengthGrid, Option<(bool, E
     match entry.value.get_ref() {
         DeValue::Table(_) => {
             let fields = entry.fields("wavelengths")?;
-            let default = WavelengthGrid::default();
+            let default = RenderSettings::default().at(Quality::default()).wavelengths;
             let count =
                 fields.get("count").map_or(Ok(default.len() as u32), |e| e.whole("a whole number"))?;
             let ends = "two wavelengths [from, to], nm";

@@ -79,6 +79,7 @@ mod tests {
             coverage: vec![1.0; values.len()],
             samples: vec![1; values.len()],
             radiance: Vec::new(),
+            convergence: super::super::convergence::Convergence::new(values.len() as u32, 1),
         }
     }
 

@@ -11,7 +11,7 @@ use crate::{
     film::Tile,
     prepare::{Geometry, Nest, PreparedScene, SpectralTable},
     scene::Background,
-    settings::{Leftover, pixel_offset},
+    settings::Leftover,
 };
 use std::ops::Range;
 
@@ -139,7 +139,7 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
     for y in tile.y..tile.y + tile.height {
         for x in tile.x..tile.x + tile.width {
             for sample in samples.clone() {
-                let offset = pixel_offset(sample, scene.settings.samples);
+                let offset = scene.settings.offset(sample);
                 let ray = scene.view.ray(f64::from(x) + offset[0], f64::from(y) + offset[1]);
                 let near =
                     if scene.geometry.stones.is_empty() { None } else { scene.geometry.approach(&ray) };

@@ -70,7 +70,7 @@ impl Subject {
             (loaded.scene.width, loaded.scene.height) = (width, height);
         }
         if let Some(samples) = change.samples {
-            loaded.settings.samples = samples;
+            loaded.settings = loaded.settings.with_samples(samples);
         }
         let prepared = PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
             let changed = change.size.is_some() || change.samples.is_some();

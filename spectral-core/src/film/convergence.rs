@@ -1,0 +1,116 @@
+//! Which parts of a picture need more samples: those that the last samples have changed.
+
+use super::Tile;
+use crate::color::{RgbSpace, delta_e_2000, lab};
+
+/// Edge of the blocks of pixels that are settled together, pixels. One pixel's few samples may all miss a small lamp;
+/// those of sixteen seldom do, and rectangles are work that every backend can do well.
+pub const BLOCK: u32 = 4;
+
+/// What the picture was when it was last judged, and the blocks that need no more samples.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Convergence {
+    width: u32,
+    height: u32,
+    /// CIE L*a*b* of every pixel when it was last judged; empty before.
+    before: Vec<[f32; 3]>,
+    /// By block, row by row.
+    settled: Vec<bool>,
+    /// The samples at which it was last judged.
+    judged: u32,
+}
+
+impl Convergence {
+    pub fn new(width: u32, height: u32) -> Self {
+        let blocks = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
+        Convergence { width, height, before: Vec::new(), settled: vec![false; blocks], judged: 0 }
+    }
+
+    /// Of each pixel in a row of pixels, whether its block is settled.
+    pub fn settled_in_row(&self, row: Tile) -> impl Iterator<Item = bool> {
+        let first = (row.y / BLOCK * self.width.div_ceil(BLOCK)) as usize;
+        (row.x..row.x + row.width).map(move |x| self.settled[first + (x / BLOCK) as usize])
+    }
+
+    /// See [`Film::settle`](super::Film::settle); `xyz` is each pixel's mean.
+    pub fn settle(&mut self, samples: u32, tolerance: f64, xyz: impl Fn(usize) -> [f32; 3]) {
+        if samples <= self.judged {
+            return;
+        }
+        self.judged = samples;
+        let white = RgbSpace::Xyz.white_xyz();
+        let pixels = self.width as usize * self.height as usize;
+        let now: Vec<[f32; 3]> =
+            (0..pixels).map(|i| lab(xyz(i).map(f64::from), white).map(|v| v as f32)).collect();
+        if !self.before.is_empty() {
+            for block in 0..self.settled.len() {
+                self.settled[block] = self.settled[block] || self.change(block, &now) <= tolerance;
+            }
+        }
+        self.before = now;
+    }
+
+    /// The root mean square of what a block's pixels differ from before by, ΔE00.
+    fn change(&self, block: usize, now: &[[f32; 3]]) -> f64 {
+        let across = self.width.div_ceil(BLOCK) as usize;
+        let edge = BLOCK as usize;
+        let [x, y] = [block % across * edge, block / across * edge];
+        let [width, height] = [self.width as usize, self.height as usize];
+        let (mut sum, mut pixels) = (0.0, 0.0);
+        for y in y..height.min(y + edge) {
+            let row = y * width + x..y * width + width.min(x + edge);
+            for (before, now) in self.before[row.clone()].iter().zip(&now[row]) {
+                sum += delta_e_2000(before.map(f64::from), now.map(f64::from)).powi(2);
+                pixels += 1.0;
+            }
+        }
+        (sum / pixels).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GREY: [f32; 3] = [0.2, 0.21, 0.23];
+
+    /// Two blocks, the second of which is `change` times as bright at each next number of samples.
+    fn judged(change: f32, tolerance: f64, samples: &[u32]) -> Convergence {
+        let mut it = Convergence::new(2 * BLOCK, BLOCK);
+        for (k, &n) in samples.iter().enumerate() {
+            let factor = change.powi(k as i32);
+            it.settle(n, tolerance, |pixel| {
+                let second = pixel as u32 % (2 * BLOCK) >= BLOCK;
+                GREY.map(|v| if second { v * factor } else { v })
+            });
+        }
+        it
+    }
+
+    #[test]
+    fn only_blocks_that_no_longer_change_are_settled() {
+        assert_eq!(judged(1.5, 1.0, &[3, 9]).settled, [true, false]);
+        assert_eq!(judged(1.001, 1.0, &[3, 9]).settled, [true, true]);
+        // Nothing to compare with yet.
+        assert_eq!(judged(1.0, 1.0, &[3]).settled, [false, false]);
+    }
+
+    #[test]
+    fn the_tolerance_is_a_colour_difference() {
+        let white = RgbSpace::Xyz.white_xyz();
+        let of = |factor: f32| lab(GREY.map(|v| f64::from(v * factor)), white);
+        let difference = delta_e_2000(of(1.0), of(1.1));
+        assert_eq!(judged(1.1, difference * 1.0001, &[3, 9]).settled, [true, true]);
+        assert_eq!(judged(1.1, difference * 0.9999, &[3, 9]).settled, [true, false]);
+    }
+
+    #[test]
+    fn a_film_is_judged_once_at_each_number_of_samples() {
+        let first = judged(1.5, 1.0, &[3, 9]);
+        assert_eq!(judged(1.5, 1.0, &[3, 9, 9]), first);
+        assert_eq!(judged(1.5, 1.0, &[3, 9, 3]), first);
+        let mut later = judged(1.5, 1.0, &[3, 9]);
+        later.settle(27, 1e9, |_| GREY);
+        assert_eq!(later.settled, [true, true]);
+    }
+}

@@ -1,0 +1,110 @@
+//! Samples where the picture needs them: what the qualities promise, and that it stays deterministic.
+
+use gemtrace::{
+    registry::{self, Choice},
+    rendering::{self, Watch},
+};
+use gemtrace_tests::scene::{eye, gem, material, scene, settings};
+use glam::DVec3;
+use spectral_core::{
+    color::{RgbSpace, delta_e_2000, lab},
+    environment::{Environment, LatLong},
+    film::{BLOCK, Film},
+    prepare::PreparedScene,
+    scene::Scene,
+    settings::{Quality, RenderSettings},
+    tracer::{OpenOptions, Progress},
+};
+use std::ops::ControlFlow;
+use std::sync::Arc;
+
+/// Breaks a render off after so many calls.
+struct Impatient(usize);
+
+impl Watch for Impatient {
+    fn chosen(&mut self, _: &Choice) {}
+
+    fn progress(&mut self, _: Progress) -> ControlFlow<()> {
+        self.0 = self.0.saturating_sub(1);
+        if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn replaced(&mut self, _: &str) {}
+}
+
+/// A part of a stone's crown with its pixels as fine as in a picture 512 pixels wide.
+fn quartz() -> Scene {
+    let stones = vec![gem("round-brilliant", material("quartz"))];
+    let camera = eye(DVec3::new(4.0, -12.0, 22.0), 1.2);
+    Scene { height: 26, ..scene(camera, 34, Environment::image(LatLong::studio()), stones) }
+}
+
+fn prepared(settings: &RenderSettings) -> Arc<PreparedScene> {
+    Arc::new(PreparedScene::new(&quartz(), settings).expect("a valid scene"))
+}
+
+/// The film, and the rays that it took.
+fn render(scene: &Arc<PreparedScene>, options: &OpenOptions, breaks: &[usize]) -> (Film, u64) {
+    let (mut film, mut rays) = (Film::new(scene), 0);
+    for patience in breaks.iter().chain([&usize::MAX]) {
+        let candidates = registry::choose("cpu", None).expect("the processor");
+        let rendered = rendering::render(candidates, scene, &mut film, options, &mut Impatient(*patience));
+        assert!(rendered.failure.is_none(), "{:?}", rendered.failure);
+        rays += rendered.traced.rays;
+    }
+    (film, rays)
+}
+
+/// ΔE00 that 95 % of the pixels do not exceed.
+fn difference(a: &Film, b: &Film) -> f64 {
+    let white = RgbSpace::Xyz.white_xyz();
+    let place = (0..a.height()).flat_map(|y| (0..a.width()).map(move |x| (x, y)));
+    let seen = |film: &Film, x, y| lab(film.xyz(x, y).map(f64::from), white);
+    let mut all: Vec<f64> = place.map(|(x, y)| delta_e_2000(seen(a, x, y), seen(b, x, y))).collect();
+    all.sort_by(f64::total_cmp);
+    all[all.len() * 95 / 100]
+}
+
+#[test]
+fn the_default_quality_is_within_one_step_of_the_converged_picture_and_each_is_better_than_the_one_before() {
+    let plain = RenderSettings::default();
+    let (converged, all_rays) =
+        render(&prepared(&plain.at(Quality::Final).with_samples(36 * 36)), &OpenOptions::default(), &[]);
+    let (differences, rays): (Vec<_>, Vec<_>) = Quality::ALL
+        .into_iter()
+        .map(|quality| render(&prepared(&plain.at(quality)), &OpenOptions::default(), &[]))
+        .map(|(film, rays)| (difference(&film, &converged), rays))
+        .unzip();
+    println!("ΔE00, p95: {differences:.2?}; rays: {rays:?} and {all_rays}");
+    assert!(differences[1] < 1.0 && differences[2] < 0.5, "{differences:?}");
+    assert!(differences.is_sorted_by(|a, b| a > b) && rays.is_sorted());
+}
+
+#[test]
+fn samples_go_where_they_change_the_picture() {
+    let scene = prepared(&RenderSettings::default().at(Quality::Normal));
+    let (film, _) = render(&scene, &OpenOptions::default(), &[]);
+    let mut counts = std::collections::BTreeMap::new();
+    for (x, y) in (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y))) {
+        let samples = film.samples(x, y);
+        *counts.entry(samples).or_insert(0u32) += 1;
+        assert_eq!(samples, film.samples(x / BLOCK * BLOCK, y / BLOCK * BLOCK), "one block, one number");
+    }
+    assert!(counts.keys().all(|n| [9, 27, 81, 243].contains(n)), "{counts:?}");
+    assert!(counts.len() > 2 && film.is_complete(243), "{counts:?}");
+}
+
+#[test]
+fn settling_gives_the_same_bits_however_the_work_is_divided() {
+    let scene =
+        prepared(&RenderSettings { samples: 27, tolerance: 1.0, jitter: true, ..settings(&[450.0, 600.0]) });
+    let options = |threads, tile| OpenOptions { threads: Some(threads), tile: Some(tile), deadline: None };
+    let (first, rays) = render(&scene, &options(1, 16), &[]);
+    for (threads, tile) in [(2, 16), (2, 7), (3, 64)] {
+        assert!(render(&scene, &options(threads, tile), &[]) == (first.clone(), rays), "{threads}, {tile}");
+    }
+    // Broken off and carried on, at several moments.
+    for breaks in [&[1usize, 2][..], &[9], &[30, 4]] {
+        assert!(render(&scene, &options(2, 5), breaks) == (first.clone(), rays), "{breaks:?}");
+    }
+}
