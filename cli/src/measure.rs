@@ -165,28 +165,32 @@ impl<'a> Measurement<'a> {
         let all = see(Environment::uniform([1.0; 3]))?;
         let masks = self.masks(&all)?;
         let mut figures: Vec<Figures> = masks.iter().map(|mask| Figures::missing(mask, &all)).collect();
-        let note = |picture: Picture, figures: &mut Vec<Figures>, field: fn(&mut Figures, f64)| {
+        let note = |picture: &Picture, figures: &mut Vec<Figures>, field: fn(&mut Figures, f64)| {
             for (figures, mask) in figures.iter_mut().zip(&masks) {
-                field(figures, mask.mean(&picture));
+                field(figures, mask.mean(picture));
             }
         };
+        let mut iso = None;
         for pattern in &self.conditions.models {
-            let light = self.shadowed(LightModel::new(pattern.clone()));
-            note(model(&light)?, &mut figures, |f, mean| f.light_return.push(mean));
+            let picture = model(&self.shadowed(LightModel::new(pattern.clone())))?;
+            note(&picture, &mut figures, |f, mean| f.light_return.push(mean));
+            if *pattern == Pattern::Iso {
+                iso = Some(picture);
+            }
         }
         let from_behind = LightModel { below: [1.0; 3], ..LightModel::new(Pattern::Iso).with_head(90.0) };
-        note(model(&from_behind)?, &mut figures, |f, mean| f.leakage = mean);
+        note(&model(&from_behind)?, &mut figures, |f, mean| f.leakage = mean);
         if self.conditions.head > 0.0 {
             let head = LightModel::new(Pattern::Dome { half_angle: self.conditions.head });
-            note(model(&head)?, &mut figures, |f, mean| f.extinction = mean);
+            note(&model(&head)?, &mut figures, |f, mean| f.extinction = mean);
         }
         let dome = |half_angle: f64| LightModel::new(Pattern::Dome { half_angle });
-        note(model(&dome(15.0))?, &mut figures, |f, mean| f.aset[0] = mean);
-        note(model(&dome(45.0).with_head(15.0))?, &mut figures, |f, mean| f.aset[1] = mean);
-        note(model(&dome(90.0).with_head(45.0))?, &mut figures, |f, mean| f.aset[2] = mean);
-        let iso = model(&self.shadowed(LightModel::new(Pattern::Iso)))?;
+        note(&model(&dome(15.0))?, &mut figures, |f, mean| f.aset[0] = mean);
+        note(&model(&dome(45.0).with_head(15.0))?, &mut figures, |f, mean| f.aset[1] = mean);
+        let iso = iso.map_or_else(|| model(&self.shadowed(LightModel::new(Pattern::Iso))), Ok)?;
         for (figures, mask) in figures.iter_mut().zip(&masks) {
             figures.contrast = mask.deviation(&iso);
+            figures.aset[2] = 1.0 - figures.missing - figures.leakage - figures.aset[0] - figures.aset[1];
         }
         if self.conditions.experimental {
             self.experiment(tilt, &masks, &mut figures, stop)?;

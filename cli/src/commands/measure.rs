@@ -59,7 +59,7 @@ pub struct Args {
     /// Average both polarisations at every surface, as most programs for cutters do.
     #[arg(long)]
     pub unpolarized: bool,
-    /// Wavelengths over 380 to 740 nm, in place of the scene's [default: 16; 1 where the index is bare].
+    /// Wavelengths over 380 to 740 nm, in place of the scene's [default: 8; 1 where the index is bare].
     #[arg(long, value_name = "N")]
     pub wavelengths: Option<usize>,
     /// The conditions of GemRay: see `docs/light-models.md`. What else is given changes them.

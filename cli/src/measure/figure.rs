@@ -13,7 +13,8 @@ pub struct Figures {
     pub leakage: f64,
     /// What comes from the viewer's head.
     pub extinction: f64,
-    /// What comes from ASET's zones: within 15° of the zenith (blue), up to 45° (red), down to the horizon (green).
+    /// What comes from ASET's zones: within 15° of the zenith (blue), up to 45° (red), down to the
+    /// horizon (green); the last is what the others and [`leakage`](Self::leakage) leave.
     pub aset: [f64; 3],
     /// RMS contrast (Peli 1990): the standard deviation of radiance under ISO and the head.
     pub contrast: f64,

@@ -16,7 +16,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 /// Wavelengths where nobody says how many: enough for a mean over a smooth dispersion.
-const WAVELENGTHS: usize = 16;
+const WAVELENGTHS: usize = 8;
 
 /// A stone, and what its file says about looking at it.
 pub(super) struct Subject {
