@@ -98,7 +98,7 @@ fn draw(out: &mut String, panel: &Panel, across: &Axis, top: f64, last: bool) {
             escape(&panel.label)
         ),
     );
-    for (i, line) in panel.lines.iter().enumerate() {
+    for line in &panel.lines {
         let points: Vec<String> = line
             .points
             .iter()
@@ -112,18 +112,20 @@ fn draw(out: &mut String, panel: &Panel, across: &Axis, top: f64, last: bool) {
                 points.join(" ")
             ),
         );
-        if !line.label.is_empty() {
-            put(
-                out,
-                format_args!(
-                    "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\">{}</text>\n",
-                    WIDTH - RIGHT - 8.0,
-                    top + 18.0 + 16.0 * i as f64,
-                    line.colour,
-                    escape(&line.label)
-                ),
-            );
-        }
+    }
+    // The legend stands above all lines, in a halo that keeps them off it.
+    for (i, line) in panel.lines.iter().enumerate().filter(|(_, line)| !line.label.is_empty()) {
+        put(
+            out,
+            format_args!(
+                "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\" stroke=\"white\" stroke-width=\"4\" \
+                 paint-order=\"stroke\">{}</text>\n",
+                WIDTH - RIGHT - 8.0,
+                top + 18.0 + 16.0 * i as f64,
+                line.colour,
+                escape(&line.label)
+            ),
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! The figures of some rays.
 
 use super::picture::{Mask, Picture};
+use spectral_core::environment::Pattern;
 
 /// Means over some rays, as shares of what they would bring from light of radiance 1 all around.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -37,6 +38,26 @@ pub struct Experimental {
 }
 
 impl Figures {
+    /// Every figure with its name, light return under the names of its models first: the columns of tables.
+    pub fn named(&self, models: &[Pattern]) -> Vec<(&'static str, f64)> {
+        let mut all: Vec<_> =
+            models.iter().map(Pattern::name).zip(self.light_return.iter().copied()).collect();
+        let [blue, red, green] = self.aset;
+        all.extend([
+            ("leakage", self.leakage),
+            ("extinction", self.extinction),
+            ("contrast", self.contrast),
+            ("aset_blue", blue),
+            ("aset_red", red),
+            ("aset_green", green),
+            ("missing", self.missing),
+        ]);
+        if let Some(Experimental { fire, scintillation }) = self.experimental {
+            all.extend([("experimental_fire", fire), ("experimental_scintillation", scintillation)]);
+        }
+        all
+    }
+
     pub(super) fn missing(mask: &Mask, all: &Picture) -> Self {
         Figures { rays: mask.of(all).count(), missing: 1.0 - mask.mean(all), ..Figures::default() }
     }

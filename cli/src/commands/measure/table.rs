@@ -2,44 +2,20 @@
 
 use super::subject::Subject;
 use crate::commands::table::columns;
-use crate::measure::{Conditions, Experimental, Figures, Hinge, Position};
+use crate::measure::{Conditions, Figures, Hinge, Position};
 use crate::plot::{Line, Panel, svg_over};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
 use spectral_core::settings::Leftover;
 
-/// A column of the table: its name, and its share for the rays of a row.
-struct Column {
-    name: String,
-    share: Box<dyn Fn(&Figures) -> f64>,
+/// The columns' names; every position has the same.
+fn names(conditions: &Conditions, positions: &[Position]) -> Vec<&'static str> {
+    let first = positions.first().map(|position| position.stone.named(&conditions.models));
+    first.into_iter().flatten().map(|(name, _)| name).collect()
 }
 
-impl Column {
-    fn new(name: impl Into<String>, share: impl Fn(&Figures) -> f64 + 'static) -> Self {
-        Column { name: name.into(), share: Box::new(share) }
-    }
-}
-
-fn columns_of(conditions: &Conditions) -> Vec<Column> {
-    let models = conditions.models.iter().map(Pattern::name).enumerate();
-    let mut columns: Vec<Column> =
-        models.map(|(k, name)| Column::new(name, move |f| f.light_return[k])).collect();
-    columns.extend([
-        Column::new("leakage", |f| f.leakage),
-        Column::new("extinction", |f| f.extinction),
-        Column::new("contrast", |f| f.contrast),
-        Column::new("aset_blue", |f| f.aset[0]),
-        Column::new("aset_red", |f| f.aset[1]),
-        Column::new("aset_green", |f| f.aset[2]),
-        Column::new("missing", |f| f.missing),
-    ]);
-    if conditions.experimental {
-        let figure =
-            |of: fn(&Experimental) -> f64| move |f: &Figures| f.experimental.as_ref().map_or(f64::NAN, of);
-        columns.push(Column::new("experimental_fire", figure(|e| e.fire)));
-        columns.push(Column::new("experimental_scintillation", figure(|e| e.scintillation)));
-    }
-    columns
+fn shares(conditions: &Conditions, figures: &Figures) -> impl Iterator<Item = f64> {
+    figures.named(&conditions.models).into_iter().map(|(_, share)| share)
 }
 
 /// The stone's row, and the table's if it has one.
@@ -49,14 +25,13 @@ fn parts(position: &Position) -> impl Iterator<Item = (&'static str, &Figures)> 
 
 /// A table for people, in percent.
 pub(super) fn text(conditions: &Conditions, positions: &[Position]) -> String {
-    let all = columns_of(conditions);
-    let head = ["over".to_owned(), "tilt".to_owned()];
-    let mut rows = vec![head.into_iter().chain(all.iter().map(|c| c.name.replace('_', " "))).collect()];
+    let mut rows: Vec<Vec<String>> = vec![["over", "tilt"].map(str::to_owned).to_vec()];
+    rows[0].extend(names(conditions, positions).iter().map(|name| name.replace('_', " ")));
     for part in ["stone", "table"] {
         for position in positions {
             let Some((_, figures)) = parts(position).find(|(name, _)| *name == part) else { continue };
             let mut row = vec![part.to_owned(), format!("{}°", position.tilt)];
-            row.extend(all.iter().map(|column| format!("{:.2}", 100.0 * (column.share)(figures))));
+            row.extend(shares(conditions, figures).map(|share| format!("{:.2}", 100.0 * share)));
             rows.push(row);
         }
     }
@@ -76,19 +51,22 @@ pub(super) fn text(conditions: &Conditions, positions: &[Position]) -> String {
 
 /// One line a position, the stone's columns and then the table's, in percent.
 pub(super) fn csv(conditions: &Conditions, positions: &[Position]) -> String {
-    let all = columns_of(conditions);
-    let names = ["stone", "table"].map(|part| all.iter().map(move |c| format!("{part}_{}", c.name)));
-    let names: Vec<String> = ["tilt".to_owned()]
-        .into_iter()
-        .chain(names.into_iter().flatten())
-        .chain(["dropped".to_owned()])
-        .collect();
-    let mut text = names.join(",") + "\n";
+    let names = names(conditions, positions);
+    let mut head = vec!["tilt".to_owned()];
+    for part in ["stone", "table"] {
+        head.extend(names.iter().map(|name| format!("{part}_{name}")));
+    }
+    head.push("dropped".to_owned());
+    let mut text = head.join(",") + "\n";
     for position in positions {
         let mut cells = vec![position.tilt.to_string()];
         for figures in [Some(&position.stone), position.table.as_ref()] {
-            let cell = |c: &Column| figures.map_or(String::new(), |f| format!("{:.4}", 100.0 * (c.share)(f)));
-            cells.extend(all.iter().map(cell));
+            match figures {
+                Some(figures) => {
+                    cells.extend(shares(conditions, figures).map(|share| format!("{:.4}", 100.0 * share)));
+                }
+                None => cells.extend(names.iter().map(|_| String::new())),
+            }
         }
         cells.push(format!("{:.4}", 100.0 * position.dropped));
         text += &(cells.join(",") + "\n");
@@ -98,11 +76,10 @@ pub(super) fn csv(conditions: &Conditions, positions: &[Position]) -> String {
 
 /// Everything, as shares from 0 to 1.
 pub(super) fn json(subject: &Subject, conditions: &Conditions, positions: &[Position]) -> Value {
-    let all = columns_of(conditions);
     let figures = |figures: &Figures| {
         let mut object = json!({ "rays": figures.rays });
-        for column in &all {
-            object[&column.name] = json!((column.share)(figures));
+        for (name, share) in figures.named(&conditions.models) {
+            object[name] = json!(share);
         }
         object
     };
@@ -139,17 +116,18 @@ const COLOURS: [&str; 8] =
 
 /// Light return, leakage and extinction over the tilt: the stone above, its table below.
 pub(super) fn plot(title: &str, conditions: &Conditions, positions: &[Position]) -> String {
-    let all = columns_of(conditions);
-    let shown = all.iter().take(conditions.models.len() + 2);
+    let shown = conditions.models.len() + 2;
+    let names = names(conditions, positions);
     let panel = |part: &'static str| {
         let figures: Vec<(f64, &Figures)> = positions
             .iter()
             .flat_map(|p| parts(p).filter(|(name, _)| *name == part).map(|(_, f)| (p.tilt, f)))
             .collect();
-        let lines = shown.clone().zip(COLOURS.iter().cycle()).map(|(column, colour)| Line {
-            label: column.name.clone(),
-            colour,
-            points: figures.iter().map(|(tilt, f)| [*tilt, 100.0 * (column.share)(f)]).collect(),
+        let lines = names.iter().zip(COLOURS.iter().cycle()).take(shown).enumerate();
+        let lines = lines.map(|(k, (name, colour))| {
+            let share = |f: &Figures| f.named(&conditions.models)[k].1;
+            let points = figures.iter().map(|(tilt, f)| [*tilt, 100.0 * share(f)]).collect();
+            Line { label: (*name).to_owned(), colour, points }
         });
         (!figures.is_empty()).then(|| Panel {
             label: format!("over the {part}, %"),
