@@ -60,6 +60,11 @@ impl LightModel {
 
     /// Linear sRGB in a unit direction away from the stone.
     pub fn rgb(&self, direction: DVec3) -> [f64; 3] {
+        self.rgb_among(direction, &self.pattern.spots())
+    }
+
+    /// The same with the pattern's spots worked out before.
+    fn rgb_among(&self, direction: DVec3, spots: &[[f64; 3]]) -> [f64; 3] {
         let up = direction.dot(self.zenith).clamp(-1.0, 1.0);
         if up <= 0.0 {
             return self.below;
@@ -67,7 +72,7 @@ impl LightModel {
         if self.head.is_some_and(|head| direction.dot(head.towards) > head.half_angle.to_radians().cos()) {
             return [0.0; 3];
         }
-        self.pattern.rgb(self.across(direction), up)
+        self.pattern.rgb(self.across(direction), up, spots)
     }
 
     /// The direction's components level with the horizon, in a frame that is the world's x and y for a zenith of +z.

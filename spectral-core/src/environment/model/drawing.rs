@@ -9,7 +9,7 @@ const COLUMNS: u32 = 8;
 const WIDTH: u32 = 2048;
 const HEIGHT: u32 = 1024;
 /// Points an edge of a texel that something changes in.
-const FINE: u32 = 16;
+const FINE: u32 = 12;
 /// Texels whose corners and centre differ by more than this are looked at again, finely.
 const CHANGE: f64 = 0.02;
 
@@ -48,10 +48,11 @@ fn zone(model: &LightModel, top: f64, bottom: f64, edges: &[f64]) -> [f64; 3] {
 
 /// Texels of their own, each with the mean over its area where something changes in it, else with its centre's colour.
 pub(super) fn texels(model: &LightModel) -> LatLong {
+    let spots = model.pattern.spots();
     let at = |x: f64, y: f64| {
         let (sin, cos) = (PI * y / f64::from(HEIGHT)).sin_cos();
         let (across, along) = (TAU * x / f64::from(WIDTH)).sin_cos();
-        model.rgb(DVec3::new(sin * across, sin * along, cos))
+        model.rgb_among(DVec3::new(sin * across, sin * along, cos), &spots)
     };
     let corners = |row: u32| -> Vec<[f64; 3]> {
         (0..=WIDTH).map(|column| at(f64::from(column), f64::from(row))).collect()

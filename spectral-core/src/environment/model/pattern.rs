@@ -86,8 +86,14 @@ impl Pattern {
         if *self == Pattern::IdealScope { [1.0; 3] } else { [0.0; 3] }
     }
 
+    /// The middles of its spots, from the zenith down, for [`rgb`](Self::rgb); none for other patterns.
+    pub(super) fn spots(&self) -> Vec<[f64; 3]> {
+        let &Pattern::Spots { count, .. } = self else { return Vec::new() };
+        (0..count).map(|k| spot(k, count)).collect()
+    }
+
     /// Linear sRGB in the direction with these components level with the horizon and this height above it.
-    pub(super) fn rgb(&self, across: [f64; 2], up: f64) -> [f64; 3] {
+    pub(super) fn rgb(&self, across: [f64; 2], up: f64, spots: &[[f64; 3]]) -> [f64; 3] {
         let within = |degrees: f64| up > degrees.to_radians().cos();
         let grey = match *self {
             Pattern::Iso => 1.0,
@@ -104,11 +110,8 @@ impl Pattern {
             Pattern::IdealScope if within(EYEPIECE) => 0.0,
             Pattern::IdealScope => return [1.0, 0.0, 0.0],
             Pattern::Dome { half_angle } => f64::from(u8::from(within(half_angle))),
-            Pattern::Spots { count, radius } => {
-                let edge = radius.to_radians().cos();
-                let lit = (0..count).map(|k| spot(k, count));
-                let lit = lit.map(|[x, y, z]| x * across[0] + y * across[1] + z * up).any(|dot| dot > edge);
-                f64::from(u8::from(lit))
+            Pattern::Spots { radius, .. } => {
+                f64::from(u8::from(is_lit([across[0], across[1], up], spots, radius.to_radians())))
             }
         };
         [grey; 3]
@@ -157,6 +160,18 @@ fn spot(k: u32, count: u32) -> [f64; 3] {
     [flat * x, flat * y, z]
 }
 
+/// Whether a direction lies within `radius` of a spot, looking only at those of nearly its height: spot k of n is
+/// 1 − (k + ½)/n high.
+fn is_lit(direction: [f64; 3], spots: &[[f64; 3]], radius: f64) -> bool {
+    let angle = direction[2].clamp(-1.0, 1.0).acos();
+    let index = |angle: f64| (spots.len() as f64 * (1.0 - angle.cos()) - 0.5).max(0.0);
+    let first = index((angle - radius).max(0.0)) as usize;
+    let end = (index(angle + radius) as usize + 2).min(spots.len());
+    let edge = radius.cos();
+    let dot = |spot: &[f64; 3]| (0..3).map(|c| spot[c] * direction[c]).sum::<f64>();
+    spots[first.min(end)..end].iter().any(|spot| dot(spot) > edge)
+}
+
 fn patch(seed: u64, across: [f64; 2]) -> f64 {
     let place = across.map(|c| (c.clamp(-1.0, 1.0) + 1.0) / 2.0 * (PATCHES - 1) as f64);
     let [i, j] = place.map(|p| (p as usize).min(PATCHES - 2));
@@ -193,6 +208,23 @@ mod tests {
         // The reference implementation's first output for seed 1234567 is 6457827717110365317.
         let first = 6_457_827_717_110_365_317_u64 >> 11;
         assert_eq!(uniform(1_234_567, 0), first as f64 / (1_u64 << 53) as f64);
+    }
+
+    #[test]
+    fn spots_are_found_by_their_height() {
+        for (count, radius) in [(1, 45.0), (20, 2.5), (333, 1.0), (1000, 6.0)] {
+            let spots = Pattern::Spots { count, radius }.spots();
+            let edge = radius.to_radians().cos();
+            let mut lit = 0;
+            for k in 0..5000 {
+                let direction = spot(k, 5000);
+                let dot = |s: &[f64; 3]| (0..3).map(|c| s[c] * direction[c]).sum::<f64>();
+                let found = is_lit(direction, &spots, radius.to_radians());
+                assert_eq!(found, spots.iter().any(|s| dot(s) > edge), "{count} of {radius}°: {direction:?}");
+                lit += u32::from(found);
+            }
+            assert!(lit > 0);
+        }
     }
 
     #[test]
