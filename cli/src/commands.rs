@@ -6,6 +6,7 @@ pub mod cut;
 pub mod devices;
 mod figure;
 pub mod materials;
+pub mod measure;
 pub mod render;
 pub mod spectrum;
 mod table;
@@ -54,6 +55,8 @@ pub enum Command {
     Check(check::Args),
     /// List the backends and their devices.
     Devices(devices::Args),
+    /// Measure what a cut does with light: light return, leakage, extinction, contrast, over the tilt.
+    Measure(measure::Args),
     /// Measure every device on the same scenes: speed, time to first pixel, agreement with the processor.
     Bench(bench::Args),
 }
@@ -113,6 +116,7 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Cut(args) => cut::run(args, console),
         Command::Check(args) => check::run(args, console),
         Command::Devices(args) => Ok(devices::run(args)),
+        Command::Measure(args) => measure::run(args, console),
         Command::Bench(args) => bench::run(args, console),
     }
 }

@@ -8,11 +8,12 @@
 //! [`commands`] holds one module a command of the command line; each takes its parsed arguments and
 //! returns a report, so that everything but parsing can be called and tested without a process.
 //! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
-//! backends, [`rendering`] fills a film with them.
+//! backends, [`rendering`] fills a film with them, [`measure`] makes numbers of films.
 
 pub mod commands;
 mod error;
 pub mod import;
+pub mod measure;
 pub mod output;
 pub mod plot;
 pub mod progress;

@@ -1,6 +1,6 @@
-//! Plots as SVG text: lines over wavelength, and strips of measurements.
+//! Plots as SVG text: lines over wavelength or another quantity, and strips of measurements.
 //!
-//! Panels of lines stand one above the other and share the wavelength axis, as n(λ) and absorption do.
+//! Panels of lines stand one above the other and share the axis across, as n(λ) and absorption do.
 
 mod strip;
 
@@ -8,7 +8,7 @@ pub use strip::{Strip, strips};
 
 use std::fmt::Write as _;
 
-/// A line through points (nm, value), ascending in nm.
+/// A line through points (nm, value), ascending in nm, or in whatever the plot is over.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Name in the legend; empty for none.
@@ -38,7 +38,7 @@ const TOP: f64 = 40.0;
 const GAP: f64 = 24.0;
 const BOTTOM: f64 = 48.0;
 
-/// The panels under a title, as an SVG document.
+/// The panels under a title, over wavelength, as an SVG document.
 ///
 /// ```
 /// use gemtrace::plot::{Line, Panel, svg};
@@ -47,6 +47,11 @@ const BOTTOM: f64 = 48.0;
 /// assert!(text.starts_with("<svg") && text.contains("polyline"));
 /// ```
 pub fn svg(title: &str, panels: &[Panel]) -> String {
+    svg_over("wavelength, nm", title, panels)
+}
+
+/// The same over another quantity, named with its unit.
+pub fn svg_over(quantity: &str, title: &str, panels: &[Panel]) -> String {
     let height = TOP + panels.len() as f64 * (PANEL + GAP) - GAP + BOTTOM;
     let mut out = format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
@@ -61,7 +66,7 @@ pub fn svg(title: &str, panels: &[Panel]) -> String {
         draw(&mut out, panel, &across, top, i + 1 == panels.len());
     }
     let middle = (LEFT + WIDTH - RIGHT) / 2.0;
-    text(&mut out, [middle, height - 12.0], "middle", "wavelength, nm");
+    text(&mut out, [middle, height - 12.0], "middle", quantity);
     out.push_str("</svg>\n");
     out
 }
@@ -93,7 +98,7 @@ fn draw(out: &mut String, panel: &Panel, across: &Axis, top: f64, last: bool) {
             escape(&panel.label)
         ),
     );
-    for (i, line) in panel.lines.iter().enumerate() {
+    for line in &panel.lines {
         let points: Vec<String> = line
             .points
             .iter()
@@ -107,18 +112,20 @@ fn draw(out: &mut String, panel: &Panel, across: &Axis, top: f64, last: bool) {
                 points.join(" ")
             ),
         );
-        if !line.label.is_empty() {
-            put(
-                out,
-                format_args!(
-                    "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\">{}</text>\n",
-                    WIDTH - RIGHT - 8.0,
-                    top + 18.0 + 16.0 * i as f64,
-                    line.colour,
-                    escape(&line.label)
-                ),
-            );
-        }
+    }
+    // The legend stands above all lines, in a halo that keeps them off it.
+    for (i, line) in panel.lines.iter().enumerate().filter(|(_, line)| !line.label.is_empty()) {
+        put(
+            out,
+            format_args!(
+                "<text x=\"{}\" y=\"{}\" text-anchor=\"end\" fill=\"{}\" stroke=\"white\" stroke-width=\"4\" \
+                 paint-order=\"stroke\">{}</text>\n",
+                WIDTH - RIGHT - 8.0,
+                top + 18.0 + 16.0 * i as f64,
+                line.colour,
+                escape(&line.label)
+            ),
+        );
     }
 }
 

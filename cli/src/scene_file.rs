@@ -82,7 +82,7 @@ pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Erro
     let mut sources = Sources::new(text, folder);
     let settings = setting::read(&root)?;
     let view = view::read(&root)?;
-    let environment = light::read(&root, &mut sources)?;
+    let environment = light::read(&root, &mut sources, &view.camera)?;
     let stones = stone::read(&root, &mut sources, &settings)?;
     root.finish()?;
     view.check(&settings)?;

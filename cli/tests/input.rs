@@ -295,6 +295,29 @@ fn wrong_types_and_values_name_line_key_value_and_what_would_do() {
             "[environment]\npreset = \"sudio\"",
             "line 6: unknown environment preset 'sudio'; did you mean 'studio'?",
         ),
+        ("[environment]\nmodel = \"izo\"", "line 6: unknown light model 'izo'; did you mean 'iso'?"),
+        (
+            "[environment]\nmodel = \"cos\"\nhead_shadow = 95",
+            "line 7: environment.head_shadow: 95 is not valid; a half-angle in degrees",
+        ),
+        (
+            "[environment]\nmodel = \"cos\"\nhead_shadwo = 9",
+            "line 7: unknown key 'head_shadwo' in [environment]; did you mean 'head_shadow'?",
+        ),
+        ("[environment]\nmodel = \"cos\"\nseed = 3", "line 7: unknown key 'seed' in [environment]; valid: "),
+        (
+            "[environment]\nmodel = \"random-patch\"\nseed = -3",
+            "line 7: seed = -3 in [environment]: expected a whole number from 0 upwards",
+        ),
+        (
+            "[environment]\nmodel = \"spots\"\nradius = 0.1",
+            "line 7: environment.radius: 0.1 is not valid; a half-angle in degrees, from 0.5 to 45",
+        ),
+        (
+            "[environment]\nmodel = \"aset\"\nzenith = [0, 0, 0]",
+            "line 7: zenith = [0, 0, 0] in [environment]: expected a direction [x, y, z], or \"camera\"",
+        ),
+        ("[environment]\nhead_shadow = 10", "line 6: unknown key 'head_shadow' in [environment]"),
         ("[environment]\nuniform = [1, -1, 1]", "line 6: environment.uniform: [1.0, -1.0, 1.0] is not valid"),
         ("stone = 3", "line 5: unknown key 'stone' in [camera]"),
         (
@@ -318,6 +341,29 @@ fn wrong_types_and_values_name_line_key_value_and_what_would_do() {
 }
 
 #[test]
+fn light_models_stand_about_their_zenith_and_heads_before_the_camera() {
+    use glam::DVec3;
+    let light = |lines: &str| {
+        let text = format!("{CAMERA}[environment]\n{lines}\n");
+        Folder::new().scene(&text).expect(lines).scene.environment
+    };
+    // The camera of these scenes stands half-way between -y and +z.
+    let eye = DVec3::new(0.0, -1.0, 1.0).normalize();
+    let iso = light("model = \"iso\"\nhead_shadow = 10.0");
+    assert_eq!(
+        [eye, DVec3::Z, DVec3::Y + DVec3::Z * 0.1, -DVec3::Z].map(|d| iso.rgb(d.normalize())[0]),
+        [0.0, 1.0, 1.0, 0.0]
+    );
+    let aset = light("model = \"aset\"\nzenith = \"camera\"\nbelow = [1, 1, 1]");
+    assert_eq!(aset.rgb(eye), [0.0, 0.0, 1.0]);
+    assert_eq!(aset.rgb(-eye), [1.0; 3]);
+    // Elevations of 45° and a little more or less.
+    assert_eq!(aset.rgb((DVec3::Z + DVec3::Y * 0.05).normalize()), [0.0, 1.0, 0.0]);
+    assert_eq!(aset.rgb((DVec3::Z - DVec3::Y * 0.05).normalize()), [1.0, 0.0, 0.0]);
+    assert_ne!(light("model = \"random-patch\""), light("model = \"random-patch\"\nseed = 2"));
+}
+
+#[test]
 fn alternatives_exclude_each_other() {
     let cases = [
         (
@@ -332,7 +378,7 @@ fn alternatives_exclude_each_other() {
         (stone("shape = \"step\""), "line 5: [[stone]] 1 needs 'material': the name of a material"),
         (
             format!("{CAMERA}[environment]\npreset = \"studio\"\nuniform = [1, 1, 1]\n"),
-            "line 7: [environment] has both 'preset' and 'uniform'; it takes exactly one of 'image', 'uniform' and 'preset'",
+            "line 7: [environment] has both 'preset' and 'uniform'; it takes exactly one of 'image', 'uniform', 'preset' and 'model'",
         ),
         (
             stone("cut = \"a.obj\"\nmaterial = \"ruby\""),

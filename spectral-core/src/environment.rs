@@ -10,7 +10,10 @@
 //! so that row 0 is at +z and a positive rotation turns the lights counter-clockwise seen from +z. Texel
 //! (i, j) is centred at ((i + ½)/W, (j + ½)/H); look-ups are bilinear, periodic in u, clamped in v.
 
+mod model;
 mod studio;
+
+pub use model::{Head, LightModel, Pattern};
 
 use crate::{Error, Warning, cie::Illuminant};
 use glam::DVec3;
