@@ -1,11 +1,13 @@
 //! The command line: one module a command, each a function from its arguments to a [`Report`].
 
+pub mod batch;
 pub mod bench;
 pub mod check;
 pub mod cut;
 pub mod devices;
-mod figure;
+pub(crate) mod figure;
 pub mod materials;
+pub mod merge;
 pub mod render;
 pub mod spectrum;
 mod table;
@@ -22,6 +24,7 @@ Exit codes:
   2    the command line does not make sense
   3    a scene, cut, mesh, image or figure that cannot be used
   4    a file that cannot be written
+  5    some items of a batch failed or are missing; the manifest says which
   130  interrupted (Ctrl-C); what was finished is in NAME.partial.png, NAME.partial.exr";
 
 /// The command line of `gemtrace`.
@@ -44,6 +47,10 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to PNG and EXR.
     Render(render::Args),
+    /// Render every picture of a sweep file: what is missing or has changed.
+    Batch(batch::Args),
+    /// Check that all shards of a batch are there and whole, and join them.
+    Merge(merge::Args),
     /// List the materials, or show one: index, dispersion, colour.
     Materials(materials::Args),
     /// Turn a linear sRGB colour into a spectrum.
@@ -108,6 +115,8 @@ impl Console<'_> {
 pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
     match command {
         Command::Render(args) => render::run(args, console),
+        Command::Batch(args) => batch::run(args, console),
+        Command::Merge(args) => merge::run(args, console),
         Command::Materials(args) => materials::run(args),
         Command::Spectrum(args) => spectrum::run(args),
         Command::Cut(args) => cut::run(args, console),

@@ -7,9 +7,10 @@
 //!
 //! [`commands`] holds one module a command of the command line; each takes its parsed arguments and
 //! returns a report, so that everything but parsing can be called and tested without a process.
-//! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
+//! [`batch`] renders many scenes; [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
 //! backends, [`rendering`] fills a film with them.
 
+pub mod batch;
 pub mod commands;
 mod error;
 pub mod import;

@@ -20,6 +20,7 @@ mod file;
 mod png;
 mod provenance;
 
+pub use file::remove_leftovers;
 pub use provenance::{Provenance, energy, settings};
 
 use crate::Error;

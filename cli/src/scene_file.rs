@@ -23,11 +23,11 @@
 //! # Ok::<(), gemtrace::Error>(())
 //! ```
 
-mod fields;
+pub(crate) mod fields;
 mod light;
 mod material;
 mod setting;
-mod source;
+pub(crate) mod source;
 mod stone;
 mod view;
 
