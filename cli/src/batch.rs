@@ -22,4 +22,4 @@ pub mod sweep;
 
 pub use plan::{Item, Pictures, Plan};
 pub use runner::{Place, Summary, run};
-pub use shard::Shard;
+pub use shard::{Portion, Shard};

@@ -17,6 +17,7 @@
 
 mod exr;
 mod file;
+pub mod part;
 mod png;
 mod provenance;
 
@@ -173,6 +174,18 @@ pub struct Written {
     pub bytes: u64,
     /// Why it is not where it should be.
     pub failure: Option<Error>,
+}
+
+impl From<Result<PathBuf, Error>> for Written {
+    /// What became of a file that is written in one way only.
+    fn from(result: Result<PathBuf, Error>) -> Self {
+        let (path, failure) = match result {
+            Ok(path) => (Some(path), None),
+            Err(error) => (None, Some(error)),
+        };
+        let bytes = path.as_ref().and_then(|path| std::fs::metadata(path).ok()).map_or(0, |data| data.len());
+        Written { path, bytes, failure }
+    }
 }
 
 /// Writes one picture file.

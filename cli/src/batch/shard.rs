@@ -97,6 +97,38 @@ impl Shard {
     }
 }
 
+/// What `--shard` says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Portion {
+    /// `auto`: whatever the scheduler says.
+    Scheduler,
+    /// `i/n`.
+    Shard(Shard),
+}
+
+impl Portion {
+    /// The share of this process; all of the work where a scheduler is asked for and there is none.
+    ///
+    /// # Errors
+    /// As [`Shard::from_scheduler`].
+    pub fn resolve(self) -> Result<Shard, Error> {
+        match self {
+            Portion::Shard(shard) => Ok(shard),
+            Portion::Scheduler => {
+                Ok(Shard::from_scheduler(|name| std::env::var(name).ok())?.unwrap_or(Shard::WHOLE))
+            }
+        }
+    }
+}
+
+impl FromStr for Portion {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        if text == "auto" { Ok(Portion::Scheduler) } else { text.parse().map(Portion::Shard) }
+    }
+}
+
 fn parse(name: &str, text: &str) -> Result<u32, Error> {
     let message = || format!("the environment variable {name} is '{text}', where a whole number is expected");
     text.trim().parse().map_err(|_| Error::Usage(message()))

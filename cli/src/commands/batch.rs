@@ -4,7 +4,7 @@ use super::figure::seconds;
 use super::render::parse_size;
 use super::{Console, Report, table};
 use crate::Error;
-use crate::batch::{Place, Plan, Shard, Summary, merge, run as carry_out, sheet, sweep};
+use crate::batch::{Place, Plan, Portion, Shard, Summary, merge, run as carry_out, sheet, sweep};
 use crate::registry::{self, Candidates};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
@@ -17,9 +17,9 @@ pub struct Args {
     /// Folder for the pictures, the manifest and the contact sheet [default: the sweep's name, in the current folder].
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
-    /// Render the i-th of n shares only [default: as Slurm or Kubernetes says, else everything].
-    #[arg(long, value_name = "I/N")]
-    pub shard: Option<Shard>,
+    /// Render the i-th of n shares only; auto: the one that Slurm or Kubernetes says, else everything.
+    #[arg(long, value_name = "I/N", default_value = "auto")]
+    pub shard: Portion,
     /// What renders: auto, or a name that `gemtrace devices` lists.
     #[arg(long, value_name = "NAME", default_value = registry::AUTO)]
     pub backend: String,
@@ -56,10 +56,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     if let Some(name) = &args.show {
         return show(&plan, name);
     }
-    let shard = match args.shard {
-        Some(shard) => shard,
-        None => Shard::from_scheduler(|name| std::env::var(name).ok())?.unwrap_or(Shard::WHOLE),
-    };
+    let shard = args.shard.resolve()?;
     let candidates = registry::choose(&args.backend, args.device)?;
     let output = args.output.clone().unwrap_or_else(|| args.sweep.file_stem().unwrap_or_default().into());
     let place = Place { output, shard, threads: args.threads.map(|n| n as usize) };

@@ -4,11 +4,14 @@ mod outcome;
 
 use super::{Console, Report};
 use crate::Error;
+use crate::batch::{Portion, Shard};
+use crate::output::part::Work;
 use crate::output::{self, Depth, Format, Picture, Provenance, Target, Written};
 use crate::progress::Bar;
 use crate::registry::{self, Candidates, Choice};
 use crate::rendering::{self, Rendered, Watch};
 use crate::scene_file::{self, LoadedScene};
+use crate::share::{self, Share};
 use outcome::Outcome;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
@@ -50,6 +53,10 @@ pub struct Args {
     /// Brighten the PNG by this many stops; the EXR keeps the scene's own values.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// Render the i-th of n shares of the picture's rows into NAME.part-I-of-N.exr, for 'gemtrace merge' to join; auto:
+    /// the share that Slurm or Kubernetes says.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Portion>,
     /// Bits a channel of the PNG: 8 or 16.
     #[arg(long, value_name = "N", default_value = "8", value_parser = parse_depth)]
     pub bits: Depth,
@@ -72,6 +79,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
 /// As [`run`].
 pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Result<Report, Error> {
     let start = Instant::now();
+    let shard = args.shard.map_or(Ok(Shard::WHOLE), Portion::resolve)?;
     let targets = targets(args)?;
     let candidates = registry::choose_among(backends, &args.backend, args.device)?;
     let mut loaded = load(args)?;
@@ -85,11 +93,15 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     warnings.iter().for_each(|warning| console.warn(warning));
 
     let mut film = Film::new(&scene);
+    if !shard.is_whole() {
+        Share::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
+    }
     let rendered = trace(args, candidates, &scene, &mut film, console, &mut warnings);
-    if !(rendered.traced.finished || has_samples(&film)) {
+    // A share is whole or nothing; of a picture that is broken off something can be shown.
+    if !rendered.traced.finished && (!shard.is_whole() || !has_samples(&film)) {
         return Err(rendered.failure.unwrap_or(Error::Interrupted));
     }
-    let written = write(args, &targets, &film, &scene, &loaded, &rendered);
+    let written = write(args, shard, &targets, &film, &scene, &loaded, &rendered);
     let outcome = Outcome { scene, rendered, written, warnings, elapsed: start.elapsed() };
     Ok(outcome.report())
 }
@@ -178,6 +190,7 @@ fn has_samples(film: &Film) -> bool {
 
 fn write(
     args: &Args,
+    shard: Shard,
     targets: &[Target],
     film: &Film,
     scene: &PreparedScene,
@@ -199,6 +212,10 @@ fn write(
         wavelengths: scene.settings.wavelengths.nm(),
         provenance: &provenance,
     };
+    if !shard.is_whole() {
+        let work = Work::new(&rendered.devices, &rendered.traced);
+        return vec![share::write(shard, targets, &picture, work).into()];
+    }
     let partials: Vec<Target> = targets.iter().map(Target::partial).collect();
     output::write_all(if partial { &partials } else { targets }, &picture)
 }
