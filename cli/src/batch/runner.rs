@@ -55,14 +55,14 @@ impl Summary {
         if self.interrupted {
             return Some(Error::Interrupted);
         }
-        if let Some(error) = &self.unrecorded {
-            return Some(error.clone());
-        }
-        let (first, error) = self.failed.first()?;
-        let message = match self.failed.len() {
+        let Some((first, error)) = self.failed.first() else { return self.unrecorded.clone() };
+        let mut message = match self.failed.len() {
             1 => format!("item '{first}' failed: {error}"),
             n => format!("{n} of {} items failed, the first of them '{first}': {error}", self.items),
         };
+        if let Some(error) = &self.unrecorded {
+            message += &format!("; and not all of this is recorded: {error}");
+        }
         Some(Error::Items(message))
     }
 }

@@ -58,6 +58,23 @@ fn a_killed_batch_goes_on_and_renders_nothing_twice_but_what_was_in_flight() {
     assert_eq!((&report.json["rendered"], &report.json["kept"]), (&0.into(), &12.into()));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_scheduler_that_asks_to_stop_is_heeded() {
+    let place = Workplace::new();
+    let mut child = begin(&place, "out");
+    while place.path("out/manifest.jsonl").metadata().map_or(0, |data| data.len()) == 0 {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let begun = |line: &&Line| matches!(line, Line::Started { .. });
+    let (lines, done) = (place.lines("out"), place.done("out"));
+    assert_eq!(lines.iter().filter(begun).count(), done.len() + 1);
+    assert_eq!(pictures(&place.path("out")).len(), done.len());
+    assert_eq!(place.batch("out", SLOW).unwrap().json["kept"], done.len());
+}
+
 #[test]
 fn what_a_killed_process_left_half_written_is_cleared_away() {
     let place = Workplace::new();

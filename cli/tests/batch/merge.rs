@@ -1,7 +1,9 @@
 //! Shards, which share nothing but the output folder.
 
 use super::support::{Workplace, pictures};
-use gemtrace::batch::manifest::Done;
+use gemtrace::batch::manifest::{Done, Line, read};
+use std::path::Path;
+use std::process::Command;
 
 /// All that a line says but for how long it took.
 fn timeless(done: Done) -> serde_json::Value {
@@ -23,12 +25,11 @@ fn shards_make_what_one_machine_makes() {
     assert_eq!(report.json["batches"][0]["manifests"].as_array().unwrap().len(), 5);
     assert!(pictures(&place.path("many")) == pictures(&place.path("one")));
     // The joined manifest is that of the one machine, item by item.
-    let read = |name: &str| gemtrace::batch::manifest::read(&place.path(name)).unwrap();
     let items = |name: &str| -> Vec<_> {
         let done = |line| {
-            if let gemtrace::batch::manifest::Line::Done(done) = line { Some(timeless(*done)) } else { None }
+            if let Line::Done(done) = line { Some(timeless(*done)) } else { None }
         };
-        read(name).into_iter().filter_map(done).collect()
+        read(&place.path(name)).unwrap().into_iter().filter_map(done).collect()
     };
     assert_eq!(items("many/manifest.jsonl"), items("one/manifest.jsonl"));
     assert!(place.path("many/index.html").exists());
@@ -74,4 +75,50 @@ fn folders_without_a_batch_are_told() {
     assert!(message.contains("there is no plan.json here"), "{message}");
     let message = place.merge(&["base.toml"]).unwrap_err().to_string();
     assert!(message.contains("neither a folder nor a part of a picture"), "{message}");
+}
+
+/// `gemtrace ARGUMENTS…` in an environment; its JSON.
+fn scheduled(place: &Workplace, variables: &[(&str, &str)], arguments: &[&str]) -> serde_json::Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
+    command.current_dir(place.folder.path()).args(arguments).args(["--backend", "cpu", "--json"]);
+    let output = command.envs(variables.iter().copied()).output().unwrap();
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+#[test]
+fn schedulers_say_which_share() {
+    let place = Workplace::new();
+    let batch = ["batch", "sweep.toml", "-o", "out"];
+    for index in ["0", "1", "2"] {
+        let job = [("JOB_COMPLETION_INDEX", index), ("GEMTRACE_SHARDS", "3")];
+        assert_eq!(scheduled(&place, &job, &batch)["items"], 4);
+    }
+    place.merge(&["out"]).unwrap();
+    let task = |id: &'static str| {
+        [
+            ("SLURM_ARRAY_TASK_ID", id),
+            ("SLURM_ARRAY_TASK_MIN", "4"),
+            ("SLURM_ARRAY_TASK_STEP", "2"),
+            ("SLURM_ARRAY_TASK_COUNT", "2"),
+        ]
+    };
+    assert_eq!(scheduled(&place, &task("6"), &batch)["shard"], "2/2");
+    // A single picture is shared out only if one asks for it.
+    let render = ["render", "base.toml", "-o", "a.exr"];
+    assert_eq!(scheduled(&place, &task("6"), &render)["outputs"][0]["path"], "a.exr");
+    let shared = scheduled(&place, &task("6"), &[&render[..], &["--shard", "auto"]].concat());
+    assert_eq!(shared["outputs"][0]["path"], "a.part-2-of-2.exr");
+    let wrong = scheduled(&place, &task("5"), &batch);
+    assert_eq!(wrong["failure"]["exit_code"], 2, "{wrong}");
+}
+
+#[test]
+fn the_kubernetes_job_says_how_many_shares_there_are() {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cluster/job.yaml");
+    let text = std::fs::read_to_string(file).unwrap();
+    let after = |key: &str| {
+        let (_, rest) = text.split_once(key).unwrap();
+        rest.split(|c: char| !c.is_ascii_digit()).find(|part| !part.is_empty()).unwrap()
+    };
+    assert_eq!(after("completions:"), after("GEMTRACE_SHARDS"));
 }

@@ -1,7 +1,12 @@
 //! Items that fail cost nobody else anything, and are told by name.
 
 use super::support::{Workplace, pictures};
+use backend_cpu::CPU;
 use gemtrace::batch::manifest::Line;
+use gemtrace::batch::{self, Place, Shard, Summary, sweep};
+use gemtrace::{commands::Console, progress::Interrupt, registry};
+use spectral_core::tracer::{Backend, DeviceInfo};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 fn failed(place: &Workplace) -> Vec<(String, String)> {
     let failed = |line| match line {
@@ -116,4 +121,54 @@ fn a_scene_that_makes_no_sense_is_that_items_failure() {
     let failed = failed(&place);
     assert!(failed[0].0 == "deep" && failed[0].1.contains("max_depth"), "{failed:?}");
     assert!(failed[1].0 == "slip" && failed[1].1.contains("did you mean 'samples'?"), "{failed:?}");
+}
+
+/// How often [`CARD`] has been opened.
+static OPENED: AtomicU32 = AtomicU32::new(0);
+
+/// The processor under another name, which cannot be opened for the third picture and those after the sixth.
+const CARD: Backend = Backend {
+    name: "card",
+    devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
+    open: |device, scene, options| match OPENED.fetch_add(1, Relaxed) {
+        2 | 6.. => {
+            let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
+            Err(spectral_core::Error::Device { device, message })
+        }
+        _ => (CPU.open)(device, scene, options),
+    },
+    ..CPU
+};
+
+#[test]
+fn a_named_device_is_asked_again_for_every_picture() {
+    let place = Workplace::new();
+    let plan = sweep::load(&place.path("sweep.toml")).unwrap();
+    let run = |name: &str| -> (Summary, String) {
+        let candidates = registry::choose_among(&[CPU, CARD], name, None).unwrap();
+        let (mut log, interrupt) = (Vec::new(), Interrupt::default());
+        let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+        let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
+        let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
+        (summary, String::from_utf8(log).unwrap())
+    };
+    let (summary, log) = run("card");
+    assert_eq!((summary.rendered, summary.failed.len()), (5, 7), "{log}");
+    assert_eq!(summary.failed[0].1.to_string(), "card card: the device was lost");
+    assert!(log.contains("[3/12] round-brilliant-ruby-top: failed: card card: the device was lost"), "{log}");
+    let (summary, _) = run("cpu");
+    assert_eq!((summary.rendered, summary.kept, summary.failure()), (7, 5, None));
+}
+
+#[test]
+fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
+    let place = Workplace::new();
+    let plan = sweep::load(&place.path("sweep.toml")).unwrap();
+    let candidates = registry::choose("cpu", None).unwrap();
+    let (mut log, interrupt) = (Vec::new(), Interrupt::default());
+    interrupt.request();
+    let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+    let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
+    let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
+    assert_eq!((summary.rendered, summary.failure()), (0, Some(gemtrace::Error::Interrupted)));
 }
