@@ -16,7 +16,8 @@ say() { echo "slurm-test: $*"; }
 fail() { say "FAILED: $*" >&2; exit 1; }
 
 [ "$(id -u)" = 0 ] || fail "this needs root, for Slurm's daemons"
-if ! command -v slurmctld slurmd sbatch munged >/dev/null; then
+has() { command -v "$1" >/dev/null; }
+if ! { has slurmctld && has slurmd && has sbatch && has munged; }; then
   say "installing Slurm"
   apt-get update -q >/dev/null
   DEBIAN_FRONTEND=noninteractive apt-get install -y -q slurmctld slurmd slurm-client munge >/dev/null

@@ -33,18 +33,25 @@ pub struct Share {
 /// Rows of a band at most: what a tile has.
 const BAND: u32 = 16;
 
+/// Bands are whole multiples of this: pixels that are judged together, in blocks, stay together.
+const BLOCK: u32 = 4;
+
 impl Share {
     /// A shard's share of a picture of so many rows.
     ///
     /// # Errors
-    /// [`Error::Usage`] where there are more shards than rows.
+    /// [`Error::Usage`] where there are more shards than blocks of four rows.
     pub fn new(shard: Shard, height: u32) -> Result<Self, Error> {
-        if shard.count() > height {
-            let message = format!("a picture of {height} rows cannot be shared out among {}", shard.count());
+        let blocks = height.div_ceil(BLOCK);
+        if shard.count() > blocks {
+            let message = format!(
+                "a picture of {height} rows, {blocks} blocks of {BLOCK}, cannot be shared out among {}",
+                shard.count()
+            );
             return Err(Error::Usage(message));
         }
-        // Four bands for each shard, if that leaves any rows.
-        let band = (height / shard.count().saturating_mul(4)).clamp(1, BAND);
+        // Four bands for each shard, if that leaves any blocks.
+        let band = BLOCK * (blocks / shard.count().saturating_mul(4)).clamp(1, BAND / BLOCK);
         Ok(Share { shard, height, band })
     }
 
@@ -85,7 +92,7 @@ fn parse_name(name: &str) -> Option<(&str, Shard)> {
 /// Writes a shard's rows beside the picture that they belong to. Returns the file.
 ///
 /// # Errors
-/// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than rows.
+/// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than blocks of rows.
 pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) -> Result<PathBuf, Error> {
     let first = targets.first().map_or(Path::new("picture"), Target::path);
     let path = part_path(first, shard);

@@ -63,6 +63,8 @@ impl Shard {
     /// | Slurm job array | (`SLURM_ARRAY_TASK_ID` − `…_MIN`) / `…_STEP` | `SLURM_ARRAY_TASK_COUNT` |
     /// | Kubernetes Indexed Job | `JOB_COMPLETION_INDEX` | `GEMTRACE_SHARDS`, the Job's `completions` |
     ///
+    /// Without `SLURM_ARRAY_TASK_MIN` the index is the task's number modulo the count.
+    ///
     /// (Slurm's manual, sbatch, "Output environment variables"; Kubernetes, "Job completion mode". Slurm leaves
     /// `…_STEP` at 1 for lists of task numbers, and Kubernetes does not tell the count at all.)
     ///
@@ -71,9 +73,12 @@ impl Shard {
     pub fn from_scheduler(variable: impl Fn(&str) -> Option<String>) -> Result<Option<Self>, Error> {
         let number = |name: &str| variable(name).map(|text| parse(name, &text)).transpose();
         if let Some(task) = number("SLURM_ARRAY_TASK_ID")? {
-            let first = number("SLURM_ARRAY_TASK_MIN")?.unwrap_or(0);
-            let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
             let count = number("SLURM_ARRAY_TASK_COUNT")?.ok_or_else(|| missing("SLURM_ARRAY_TASK_COUNT"))?;
+            let Some(first) = number("SLURM_ARRAY_TASK_MIN")? else {
+                // Consecutive numbers, wherever they begin, fall on each share once.
+                return Ok(Shard::new(task % count.max(1), count));
+            };
+            let step = number("SLURM_ARRAY_TASK_STEP")?.unwrap_or(1).max(1);
             let index = task.checked_sub(first).filter(|ahead| ahead % step == 0).map(|ahead| ahead / step);
             let shard = index.and_then(|index| Shard::new(index, count));
             let message = || {
@@ -198,8 +203,10 @@ mod tests {
         assert_eq!(slurm("0", "0", "1", "8"), Ok(Shard::new(0, 8)));
         assert_eq!(slurm("8", "1", "1", "8"), Ok(Shard::new(7, 8)));
         assert_eq!(slurm("10", "4", "3", "3"), Ok(Shard::new(2, 3)));
-        let two = [("SLURM_ARRAY_TASK_ID", "1"), ("SLURM_ARRAY_TASK_COUNT", "2")];
-        assert_eq!(scheduled(&two), Ok(Shard::new(1, 2)));
+        for (task, index) in [("0", 0), ("1", 1), ("2", 0)] {
+            let two = [("SLURM_ARRAY_TASK_ID", task), ("SLURM_ARRAY_TASK_COUNT", "2")];
+            assert_eq!(scheduled(&two), Ok(Shard::new(index, 2)));
+        }
         let job = [("JOB_COMPLETION_INDEX", "3"), ("GEMTRACE_SHARDS", "4")];
         assert_eq!(scheduled(&job), Ok(Shard::new(3, 4)));
     }

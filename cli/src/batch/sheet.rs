@@ -134,7 +134,12 @@ fn card(folder: &Path, number: usize, entry: &Entry) -> String {
     let mut sort = vec![("order".to_owned(), number.to_string()), ("name".to_owned(), name.clone())];
     let mut rows: Vec<(&str, String)> = Vec::new();
     for (axis, value) in &entry.item.values {
-        let text = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+        let text = match (value.as_str(), value.as_f64()) {
+            (Some(text), _) => text.to_owned(),
+            // Two, not 2.0.
+            (None, Some(number)) => number.to_string(),
+            (None, None) => value.to_string(),
+        };
         sort.push((format!("v-{axis}"), text.clone()));
         rows.push((axis, text));
     }

@@ -48,7 +48,7 @@ use toml::de::DeTable;
 pub const FORMAT: i64 = 1;
 
 /// The most pictures of one sweep; more is a slip in a matrix.
-pub const MAX_ITEMS: usize = 1_000_000;
+pub const MAX_ITEMS: usize = 100_000;
 
 /// Reads a sweep file and the base scene that it names.
 ///

@@ -81,6 +81,9 @@ fn parts_that_do_not_fit_are_told() {
     std::fs::copy(place.path("two.exr"), &path).unwrap();
     let message = place.merge(&[part]).unwrap_err().to_string();
     assert!(message.contains("it has no attribute 'gemtrace.part'"), "{message}");
-    let message = render(&place, "one", &["--shard", "3/38"]).unwrap_err().to_string();
-    assert!(message.contains("a picture of 37 rows cannot be shared out among 38"), "{message}");
+    let message = render(&place, "one", &["--shard", "3/11"]).unwrap_err().to_string();
+    assert!(
+        message.contains("a picture of 37 rows, 10 blocks of 4, cannot be shared out among 11"),
+        "{message}"
+    );
 }

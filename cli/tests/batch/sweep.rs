@@ -24,9 +24,9 @@ fn names_come_from_a_template_or_from_the_choices() {
     );
     assert_eq!(
         names(
-            "lights = [\"studio\", \"sky/hall.exr\", { uniform = [1, 1, 1] }, { name = \"a b\", rotation = 9 }]\n"
+            "lights = [\"studio\", \"sky/hall.exr\", { uniform = [1, 1, 1] }, { name = \"a b\", rotation = 9 }, \"iso\"]\n"
         ),
-        ["studio", "hall", "light-3", "a-b"]
+        ["studio", "hall", "light-3", "a-b", "iso"]
     );
     assert_eq!(names("views = [{ azimuth = 30 }, { position = [0, 0, 9] }]\n"), ["az30-el90", "view-2"]);
     assert_eq!(

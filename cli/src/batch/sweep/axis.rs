@@ -181,17 +181,26 @@ fn material(entry: &Entry) -> Result<(String, Change), Error> {
     Ok((name.clone(), Change::Material(name, Some(keys))))
 }
 
-/// A preset's name, an image file, or a table of what `[environment]` takes.
+/// What `preset` may be; any other name without a dot is that of a `model`.
+const PRESETS: [&str; 1] = ["studio"];
+
+/// The name of a preset or a model, an image file, or a table of what `[environment]` takes.
 fn light(entry: &Entry, number: usize) -> Result<(String, Change), Error> {
     if let Some(text) = entry.value.get_ref().as_str() {
-        let key = if text.contains('.') { "image" } else { "preset" };
+        let key = match text.contains('.') {
+            true => "image",
+            false if PRESETS.contains(&text) => "preset",
+            false => "model",
+        };
         let keys = Table::from_iter([(key.to_owned(), toml::Value::String(text.to_owned()))]);
         return Ok((if key == "image" { stem(text) } else { text.to_owned() }, Change::Light(keys)));
     }
-    let (name, keys) =
-        named_table(entry, "a preset's name, an image file, or a table of what [environment] takes")?;
+    let (name, keys) = named_table(
+        entry,
+        "the name of a preset or a model, an image file, or a table of what [environment] takes",
+    )?;
     let text = |key: &str| keys.get(key).and_then(toml::Value::as_str);
-    let own = text("image").map(stem).or_else(|| text("preset").map(str::to_owned));
+    let own = text("image").map(stem).or_else(|| text("preset").or(text("model")).map(str::to_owned));
     Ok((name.or(own).unwrap_or_else(|| format!("light-{number}")), Change::Light(keys)))
 }
 

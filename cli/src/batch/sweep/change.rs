@@ -6,7 +6,7 @@ use toml::{Table, Value};
 /// Keys of which a stone takes exactly one: what it looks like.
 pub const FORMS: [&str; 3] = ["cut", "mesh", "shape"];
 /// Keys of which an environment takes exactly one: where its light comes from.
-const LIGHTS: [&str; 3] = ["image", "uniform", "preset"];
+const LIGHTS: [&str; 4] = ["image", "uniform", "preset", "model"];
 
 /// One change.
 #[derive(Debug, Clone, PartialEq)]
