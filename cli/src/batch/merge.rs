@@ -71,10 +71,17 @@ pub fn merge(folder: &Path) -> Result<Merged, Error> {
     let manifest = folder.join(manifest::name(Shard::WHOLE));
     let text: Result<Vec<String>, _> = lines.map(|line| serde_json::to_string(&line)).collect();
     let text = text.map_err(|e| Error::output(&manifest, format!("cannot be written ({e})")))?;
+    remove_leftovers(folder);
     output::write_text(&manifest, &(text.join("\n") + "\n"))?;
     let sheet = sheet::write(folder, &expected.title, &entries)?;
     let manifests = manifests.into_iter().map(|(_, path)| path).collect();
     Ok(Merged { items: entries.len(), manifests, manifest, sheet })
+}
+
+/// Removes what killed processes left of the files that are written for the whole; to be called where no shard writes.
+pub(super) fn remove_leftovers(folder: &Path) {
+    let names = [Plan::FILE, sheet::FILE, &manifest::name(Shard::WHOLE)].map(|name| folder.join(name));
+    output::remove_leftovers(&names);
 }
 
 /// What belongs into an output folder.

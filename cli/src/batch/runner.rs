@@ -1,7 +1,7 @@
 //! A plan carried out: what is missing or has changed, item by item.
 
 use super::manifest::{self, Done, FileRecord, Line, Manifest, Seconds};
-use super::{Item, Plan, Shard};
+use super::{Item, Plan, Shard, merge};
 use crate::commands::Console;
 use crate::output::{self, Picture, Provenance, Target};
 use crate::progress::Board;
@@ -85,9 +85,12 @@ pub fn run(
     let folder = &place.output;
     std::fs::create_dir_all(folder)
         .map_err(|e| Error::output(folder, format!("this folder cannot be made ({e})")))?;
-    output::write_text(&folder.join(Plan::FILE), &(plan.to_json()?.to_string() + "\n"))?;
+    write_plan(plan, folder)?;
     let manifest = Manifest::open(folder, place.shard)?;
     console.interrupt.heed();
+    if place.shard.is_whole() {
+        merge::remove_leftovers(folder);
+    }
     let (todo, items) = remaining(plan, place)?;
     output::remove_leftovers(&todo.iter().flat_map(|task| task.files(plan, folder)).collect::<Vec<_>>());
 
@@ -113,6 +116,15 @@ pub fn run(
     summary.unrecorded = worker.manifest.flush().err();
     summary.elapsed = start.elapsed();
     Ok(summary)
+}
+
+/// Says what belongs into the folder; a file that says so already stays, since other shards write the same.
+fn write_plan(plan: &Plan, folder: &Path) -> Result<(), Error> {
+    let (path, text) = (folder.join(Plan::FILE), plan.to_json()?.to_string() + "\n");
+    match std::fs::read_to_string(&path) {
+        Ok(there) if there == text => output::check(&path),
+        _ => output::write_text(&path, &text).map(drop),
+    }
 }
 
 /// An item to be rendered.

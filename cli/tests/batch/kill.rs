@@ -80,11 +80,12 @@ fn what_a_killed_process_left_half_written_is_cleared_away() {
     let place = Workplace::new();
     let folder = place.path("out");
     std::fs::create_dir(&folder).unwrap();
-    let left = [".gemtrace-step-ruby-top.png-aB3xYz.tmp", ".gemtrace-other.png-aB3xYz.tmp"];
+    let left =
+        ["step-ruby-top.png", "plan.json", "other.png"].map(|name| format!(".gemtrace-{name}-aB3xYz.tmp"));
     left.iter().for_each(|name| std::fs::write(folder.join(name), "half").unwrap());
     place.batch("out", &[]).unwrap();
-    // The second is another's.
-    assert_eq!(left.map(|name| folder.join(name).exists()), [false, true]);
+    // The last is another's.
+    assert_eq!(left.map(|name| folder.join(name).exists()), [false, false, true]);
 }
 
 #[test]
