@@ -7,7 +7,7 @@
 //!
 //! [`commands`] holds one module a command of the command line; each takes its parsed arguments and
 //! returns a report, so that everything but parsing can be called and tested without a process.
-//! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
+//! [`scene_file`] and [`import`] read, [`sequence`] makes one scene into the frames of many, [`output`] and [`plot`] write, [`registry`] knows the
 //! backends, [`rendering`] fills a film with them.
 
 pub mod commands;
@@ -19,5 +19,7 @@ pub mod progress;
 pub mod registry;
 pub mod rendering;
 pub mod scene_file;
+pub mod sequence;
+pub mod sheet;
 
 pub use error::Error;
