@@ -20,6 +20,7 @@ pub mod registry;
 pub mod rendering;
 pub mod scene_file;
 pub mod sequence;
+pub mod shade;
 pub mod sheet;
 
 pub use error::Error;

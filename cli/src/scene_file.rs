@@ -89,11 +89,11 @@ pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Erro
     let mut sources = Sources::new(text, folder);
     let settings = setting::read(&root)?;
     let mut view = view::read(&root)?;
-    let environment = light::read(&root, &mut sources)?;
+    let mut environment = light::read(&root, &mut sources)?;
     let materials = material::read(&root, &mut sources, &settings)?;
     let mut stones = stone::read(&root, &materials, &mut sources)?;
     let scale = pose::read(&root)?.map_or(Ok(1.0), |pose| pose.apply(&mut view.camera, &mut stones))?;
-    let ground = ground::read(&root, &materials, scale, &stones)?;
+    let ground = ground::read(&root, &materials, scale, &stones, &mut environment)?;
     root.finish()?;
     stones.extend(ground);
     view.check(&settings)?;

@@ -137,7 +137,10 @@ fn report(args: &Frames, motion: Motion, folder: &Path, pngs: &[PathBuf], start:
 
 /// "-30..30".
 fn parse_range(text: &str) -> Result<[f64; 2], String> {
-    let ends = text.split_once("..").map(|(from, to)| (from.trim().parse::<f64>(), to.trim().parse::<f64>()));
+    let ends = text
+        .split_once("..")
+        .filter(|(_, to)| !to.starts_with('.'))
+        .map(|(from, to)| (from.trim().parse::<f64>(), to.trim().parse::<f64>()));
     match ends {
         Some((Ok(from), Ok(to))) if from.abs() <= 360.0 && to.abs() <= 360.0 => Ok([from, to]),
         _ => Err("give two angles in degrees, such as -30..30".to_owned()),

@@ -28,7 +28,8 @@ fn names(folder: &Path) -> Vec<String> {
 
 #[test]
 fn frames_are_the_scene_turned_and_the_same_every_time() {
-    let place = Workplace::new();
+    let scene = SCENE.replace("uniform = [0.5, 0.25, 0.125]", "preset = \"studio\"");
+    let place = Workplace::with(&scene);
     let [first, second] = ["one", "two"].map(|name| place.path(name));
     let report = run(&place, "turntable", &[option("output", &first), "--exr".into()]).unwrap();
     assert_eq!(report.json["angles"], serde_json::json!([0.0, 120.0, 240.0]));
@@ -43,7 +44,7 @@ fn frames_are_the_scene_turned_and_the_same_every_time() {
         );
     }
     // A frame is what `render` makes of the scene with that pose.
-    let posed = Workplace::with(&format!("{SCENE}[pose]\nturn = 120.0\n"));
+    let posed = Workplace::with(&format!("{scene}[pose]\nturn = 120.0\n"));
     posed.render(&["a.png"], &QUICK[..3]).unwrap();
     let frame = Png::open(&first.join("tiny-turntable-0002.png"));
     assert_eq!(frame.samples, Png::open(&posed.path("a.png")).samples);
@@ -129,6 +130,6 @@ fn without_an_encoder_the_frames_are_there() {
 fn a_scene_that_is_wrong_is_told_with_its_own_lines() {
     let place = Workplace::with(&SCENE.replace("width = 6.5", "widht = 6.5"));
     let error = run(&place, "turntable", &[option("output", &place.path("frames"))]).unwrap_err().to_string();
-    assert!(error.contains("line 16: unknown key 'widht'"), "{error}");
+    assert!(error.contains("line 15: unknown key 'widht'"), "{error}");
     assert!(!place.path("frames").exists());
 }

@@ -226,9 +226,13 @@ fn the_ground_lies_beneath_the_lowest_stone() {
     let geometry = &prepare(&loaded).geometry;
     assert!(low.z - top.z > 2.0 * Geometry::CONTACT * geometry.radius, "not in optical contact");
     for (text, wanted) in [
-        ("[ground]\n", "[ground] needs exactly one of 'material' and 'mirror'"),
+        ("[ground]\n", "[ground] needs exactly one of 'diffuse', 'material' and 'mirror'"),
         ("[ground]\nmirror = true\n", "needs 'height' in a scene without stones"),
         ("[ground]\nmirror = true\nheight = 0\n", "needs 'size' in a scene without stones"),
+        ("[ground]\ndiffuse = 1.2\nheight = 0\n", "expected a reflectance from 0 to 1"),
+        ("[ground]\ndiffuse = [0.1, 0.2]\nheight = 0\n", "expected a reflectance from 0 to 1"),
+        ("[ground]\ndiffuse = 0.5\n", "needs 'height' in a scene without stones"),
+        ("[ground]\ndiffuse = 0.5\nheight = 0\nsize = 3\n", "reaches to the horizon; leave 'size' out"),
         ("[ground]\nmirorr = true\n", "did you mean 'mirror'?"),
         ("[ground]\nmirror = true\nheight = 0\nsize = -3\n", "expected a width in mm, above 0"),
     ] {
@@ -254,4 +258,68 @@ fn a_background_has_the_colour_it_was_given() {
     let error = complaint(&colour("\"transparant\""));
     assert!(error.contains("did you mean 'transparent'?") && error.contains("\"#rrggbb\""), "{error}");
     assert!(complaint(&colour("[1, 2]")).contains("three linear sRGB values"));
+}
+
+#[test]
+fn a_diffuse_ground_without_stones_returns_its_share_of_uniform_light() {
+    for (albedo, expected) in [("1.0", 1.0_f32), ("0.25", 0.25)] {
+        let loaded = load(&format!("{DOWN}[ground]\ndiffuse = {albedo}\nheight = -2\n"));
+        for backend in ["cpu", "reference"] {
+            for found in film(&loaded, backend).radiance(1, 1) {
+                assert!((found - expected).abs() < 1e-6, "{backend}, {albedo}: {found}");
+            }
+        }
+    }
+}
+
+#[test]
+fn every_backend_sees_the_same_ground() {
+    // Seen past the stone, mirrored by it, through it, and as a shadow.
+    let scene = SCENE
+        .replace("uniform = [0.5, 0.25, 0.125]", "preset = \"studio\"")
+        .replace("samples = 4", "samples = 1")
+        + "jitter = false\npolarized = false\n[ground]\ndiffuse = [0.8, 0.5, 0.3]\n";
+    let tilted = scene.clone() + "[pose]\ntilt = 35\n";
+    let copies = scene.replace(
+        "[render]",
+        "at = [{ position = [-2, 0, 0] }, { position = [2, 0, 3], rotation = [30, 0, 0] }]\n[render]",
+    );
+    for text in [tilted, copies] {
+        let loaded = load(&text);
+        let exact = film(&loaded, "reference");
+        let scale = brightness(&exact);
+        for backend in ["cpu", "wgpu", "vulkan"] {
+            if registry::choose(backend, None).is_err() {
+                continue;
+            }
+            let found = film(&loaded, backend);
+            let mut errors: Vec<f32> = Vec::new();
+            for (x, y) in (0..24 * 16).map(|i| (i % 24, i / 24)) {
+                let (a, b) = (found.xyz(x, y)[1], exact.xyz(x, y)[1]);
+                errors.push((a - b).abs() / scale);
+            }
+            errors.sort_by(f32::total_cmp);
+            // Long paths pass edges on either side: a few pixels may differ, the rest must not.
+            let (median, most) = (errors[errors.len() / 2], errors[errors.len() * 9 / 10]);
+            assert!(median < 1e-5 && most < 1e-3, "{backend}: median {median}, nine in ten below {most}");
+        }
+    }
+}
+
+fn brightness(film: &Film) -> f32 {
+    (0..24 * 16).map(|i| film.xyz(i % 24, i / 24)[1]).sum::<f32>() / (24.0 * 16.0)
+}
+
+#[test]
+fn a_stone_casts_a_shadow_that_moves_with_it() {
+    let scene = |pose: &str| {
+        let text =
+            SCENE.replace("samples = 4", "samples = 1") + "[ground]\ndiffuse = 0.5\nheight = -4\n" + pose;
+        film(&load(&text), "cpu")
+    };
+    let still = scene("");
+    // The corner is far from the stone, the pixel beside the girdle is not.
+    let [corner, beside] = [(0, 0), (4, 8)].map(|(x, y)| still.xyz(x, y)[1]);
+    assert!(beside < 0.97 * corner, "{beside} {corner}");
+    assert_eq!(still, scene("[pose]\nturn = 0.0\n"));
 }

@@ -5,7 +5,7 @@ use spectral_core::material::Catalogue;
 
 #[test]
 fn a_sheet_of_sizes_has_a_picture_for_each() {
-    let place = Workplace::with(&SCENE.replace("diamond", "ruby"));
+    let place = Workplace::with(&SCENE.replace("diamond", "amethyst"));
     let (scene, sheet) = (place.path("tiny.toml"), place.path("sizes.png"));
     let (scene, output) = (scene.display().to_string(), format!("--output={}", sheet.display()));
     let arguments =
@@ -15,7 +15,7 @@ fn a_sheet_of_sizes_has_a_picture_for_each() {
     let png = image::open(&sheet).unwrap().into_rgb8();
     // Four in a row of 24 × 16 pixels, one line of lettering each, a margin of 8.
     assert_eq!(png.dimensions(), (4 * (24 + 8) + 8, 2 * (16 + 20 + 8) + 8));
-    // The larger the ruby, the darker.
+    // The larger the stone, the less green comes through.
     let light = |column: u32| {
         let pixel = |x: u32, y: u32| u32::from(png.get_pixel(8 + column * 32 + x, 8 + y).0[1]);
         (6..10).flat_map(|y| (10..14).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).sum::<u32>()
