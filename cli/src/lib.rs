@@ -7,8 +7,8 @@
 //!
 //! [`commands`] holds one module a command of the command line; each takes its parsed arguments and
 //! returns a report, so that everything but parsing can be called and tested without a process.
-//! [`scene_file`] and [`import`] read, [`sequence`] makes one scene into the frames of many, [`output`] and [`plot`] write, [`registry`] knows the
-//! backends, [`rendering`] fills a film with them.
+//! [`scene_file`] and [`import`] read, [`output`] and [`plot`] write, [`registry`] knows the
+//! backends, [`rendering`] fills a film with them, [`sequence`] makes one scene into the frames of many.
 
 pub mod commands;
 mod error;
