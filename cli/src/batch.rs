@@ -20,6 +20,7 @@ pub mod shard;
 pub mod sheet;
 pub mod sweep;
 
+pub(crate) use plan::plain;
 pub use plan::{Item, Pictures, Plan};
 pub use runner::{Place, Summary, run};
 pub use shard::{Portion, Shard};

@@ -8,8 +8,11 @@ pub mod devices;
 pub(crate) mod figure;
 pub mod materials;
 pub mod merge;
+pub mod motion;
 pub mod render;
+pub mod sheet;
 pub mod spectrum;
+pub mod still;
 mod table;
 
 use crate::{Error, progress::Interrupt};
@@ -51,6 +54,12 @@ pub enum Command {
     Batch(batch::Args),
     /// Check that all shards of a batch are there and whole, and join them.
     Merge(merge::Args),
+    /// Render a turn of all stones about +z, frame by frame; camera and lights stay.
+    Turntable(motion::TurntableArgs),
+    /// Render a tilt of all stones towards the eye and away from it, frame by frame.
+    Tilt(motion::TiltArgs),
+    /// Render a scene many times for one picture: its sizes.
+    Sheet(sheet::Args),
     /// List the materials, or show one: index, dispersion, colour.
     Materials(materials::Args),
     /// Turn a linear sRGB colour into a spectrum.
@@ -117,7 +126,10 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Render(args) => render::run(args, console),
         Command::Batch(args) => batch::run(args, console),
         Command::Merge(args) => merge::run(args, console),
-        Command::Materials(args) => materials::run(args),
+        Command::Turntable(args) => motion::turntable(args, console),
+        Command::Tilt(args) => motion::tilt(args, console),
+        Command::Sheet(args) => sheet::run(args, console),
+        Command::Materials(args) => materials::run(args, console),
         Command::Spectrum(args) => spectrum::run(args),
         Command::Cut(args) => cut::run(args, console),
         Command::Check(args) => check::run(args, console),

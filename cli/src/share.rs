@@ -113,6 +113,7 @@ pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) ->
             bits: bits(picture.depth),
             exposure: picture.exposure,
             transparent: picture.transparent,
+            backdrop: picture.backdrop,
             outputs: targets.iter().map(told).collect(),
             facts: facts.into_iter().map(blank).collect(),
         },
@@ -191,7 +192,7 @@ fn begin(part: &Part) -> Result<(PictureHeader, Work, Film), Error> {
 }
 
 fn finish(folder: &Path, header: PictureHeader, work: &Work, film: &Film) -> Result<Vec<PathBuf>, Error> {
-    let PictureHeader { spectral, space, bits, exposure, transparent, outputs, facts, .. } = header;
+    let PictureHeader { spectral, space, bits, exposure, transparent, backdrop, outputs, facts, .. } = header;
     let all = |k: usize| work.devices.iter().map(|d| d[k].as_str()).collect::<Vec<_>>().join(" + ").into();
     let mut provenance = Provenance::from_facts(facts);
     let energy = output::energy(&work.energy());
@@ -204,6 +205,7 @@ fn finish(folder: &Path, header: PictureHeader, work: &Work, film: &Film) -> Res
         depth: if bits == 16 { Depth::Sixteen } else { Depth::Eight },
         exposure,
         transparent,
+        backdrop,
         wavelengths: &spectral,
         provenance: &provenance,
     };

@@ -196,6 +196,13 @@ impl Pictures {
     }
 }
 
+/// A text as a part of a name: whatever is no letter, digit or one of `._+` becomes `-`.
+pub(crate) fn plain(text: &str) -> String {
+    let plain = |c: char| if c.is_alphanumeric() || "._+".contains(c) { c } else { '-' };
+    let text: String = text.chars().map(plain).collect();
+    text.trim_matches(['-', '.']).to_owned()
+}
+
 /// Refuses names that would leave the output folder, or that some file system cannot hold.
 fn check_name(name: &str) -> Result<(), Error> {
     let plain = |c: char| c.is_alphanumeric() || "._-+".contains(c);

@@ -7,7 +7,8 @@ use crate::output::{self, Picture, Provenance, Target};
 use crate::progress::Board;
 use crate::registry::{Candidates, Choice};
 use crate::rendering::{self, Rendered, Watch};
-use crate::{Error, commands::devices, scene_file};
+use crate::scene_file::{self, LoadedScene};
+use crate::{Error, commands::devices};
 use serde_json::json;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
@@ -254,7 +255,7 @@ impl Worker<'_, '_> {
         let warnings = loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
         let mut film = Film::new(&scene);
         let rendered = self.trace(&scene, &mut film)?;
-        let outputs = self.write(item, &targets, &film, &scene, &loaded.hash, &rendered)?;
+        let outputs = self.write(item, &targets, &film, &scene, &loaded, &rendered)?;
         let report = &rendered.traced;
         Ok(Done {
             item: item.name.clone(),
@@ -333,19 +334,21 @@ impl Worker<'_, '_> {
         targets: &[Target],
         film: &Film,
         scene: &PreparedScene,
-        hash: &str,
+        loaded: &LoadedScene,
         rendered: &Rendered,
     ) -> Result<Vec<FileRecord>, Error> {
         let options = self.plan.pictures();
-        let provenance = Provenance::new(&item.name, hash, scene, &rendered.devices, &rendered.traced, false)
-            .with("space", options.space.name().into())
-            .with("exposure", json!(options.exposure));
+        let provenance =
+            Provenance::new(&item.name, &loaded.hash, scene, &rendered.devices, &rendered.traced, false)
+                .with("space", options.space.name().into())
+                .with("exposure", json!(options.exposure));
         let picture = Picture {
             film,
             space: options.space,
             depth: options.depth,
             exposure: options.exposure,
             transparent: scene.background == Background::Transparent,
+            backdrop: loaded.backdrop,
             wavelengths: if scene.settings.spectral { scene.settings.wavelengths.nm() } else { &[] },
             provenance: &provenance,
         };

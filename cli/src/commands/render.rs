@@ -209,6 +209,7 @@ fn write(
         depth: args.bits,
         exposure: args.exposure,
         transparent: scene.background == Background::Transparent,
+        backdrop: loaded.backdrop,
         wavelengths: scene.settings.wavelengths.nm(),
         provenance: &provenance,
     };
@@ -239,7 +240,7 @@ fn parse_space(name: &str) -> Result<RgbSpace, String> {
     RgbSpace::by_name(name).map_err(|e| e.to_string())
 }
 
-fn parse_stops(text: &str) -> Result<f64, String> {
+pub(super) fn parse_stops(text: &str) -> Result<f64, String> {
     let stops = text.parse::<f64>().ok().filter(|stops| stops.abs() <= 64.0);
     stops.ok_or_else(|| "give a number of stops from -64 to 64".to_owned())
 }

@@ -48,6 +48,8 @@ pub struct PictureHeader {
     pub exposure: f64,
     /// Whether alpha is coverage.
     pub transparent: bool,
+    /// The colour behind what is transparent, linear sRGB.
+    pub backdrop: Option<[f64; 3]>,
     /// The files to be written, from the folder of the part on.
     pub outputs: Vec<String>,
     /// The picture's provenance but for what depends on the [`Work`].

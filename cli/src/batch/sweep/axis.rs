@@ -2,6 +2,7 @@
 
 use super::change::{Change, FORMS};
 use super::view::{Angles, Viewpoint};
+use crate::batch::plain;
 use crate::scene_file::fields::{Entry, Fields};
 use crate::{Error, import};
 use serde_json::Value;
@@ -122,13 +123,6 @@ fn choice(axis: Axis, entry: &Entry, number: usize) -> Result<Choice, Error> {
         Axis::Variant => variant(entry)?,
     };
     Ok(Choice { axis, value: Value::String(name.clone()), name: plain(&name), change })
-}
-
-/// A name for files: whatever is no letter, digit or one of `._+` becomes `-`.
-fn plain(name: &str) -> String {
-    let plain = |c: char| if c.is_alphanumeric() || "._+".contains(c) { c } else { '-' };
-    let text: String = name.chars().map(plain).collect();
-    text.trim_matches(['-', '.']).to_owned()
 }
 
 /// The keys of a table but for its name, and that.
