@@ -123,7 +123,7 @@ impl ChainTracer<'_> {
                 return Arrival::default();
             }
             // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
-            let colour = self.scene.environment.rgb(ray.direction).map(|c| c as f32);
+            let colour = self.scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32);
             return Arrival { colour, ..Arrival::default() };
         };
         let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(facet));
@@ -160,19 +160,21 @@ impl Paths<'_> {
         for group in self.arrivals.chunks_mut(WIDTH) {
             let mut normal = [Row::default(); 3];
             let mut direction = [Row::default(); 3];
+            let mut point = [Row::default(); 3];
             let (mut cosine, mut lanes) = (Row::default(), 0);
             for (lane, arrival) in group.iter().enumerate() {
                 lanes |= u16::from(arrival.covered) << lane;
                 cosine.0[lane] = 2.0 * arrival.cosine;
                 put(&mut normal, lane, arrival.inward);
                 put(&mut direction, lane, arrival.direction);
+                put(&mut point, lane, arrival.point);
             }
             if lanes == 0 {
                 continue;
             }
             let light = self.tracer.light;
             let mirrored = Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
-            let aim = Aim::new(light, mirrored.renormalized());
+            let aim = Aim::new(light, Triple::load(&point), mirrored.renormalized());
             let colours = aim.colours(light, lanes);
             let rows = colours.stored();
             for (lane, arrival) in group.iter_mut().enumerate() {

@@ -57,11 +57,12 @@ pub fn cpu_in(instructions: Instructions) -> Backend {
 }
 
 fn device(backend: &'static str, intersection: &'static str) -> DeviceInfo {
-    let threads = std::thread::available_parallelism().map_or(1, |n| n.get());
     DeviceInfo {
         backend,
         index: 0,
-        name: format!("{} CPU, {threads} threads", std::env::consts::ARCH),
+        // Without the number of threads: a scheduler may allow this process fewer than the machine has, and the name
+        // goes into pictures, which are the same for any number.
+        name: format!("{} CPU", std::env::consts::ARCH),
         driver: String::new(),
         memory: 0,
         intersection,

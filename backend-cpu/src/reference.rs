@@ -130,7 +130,7 @@ impl<P: Throughput<f64>> Walk<'_, P> {
                     if !ray.nest.is_empty() {
                         work.account.lost += ray.throughput.intensity();
                     }
-                    self.light(ray.direction) * ray.throughput.intensity()
+                    self.light(ray.origin, ray.direction) * ray.throughput.intensity()
                 }
             };
         }
@@ -183,17 +183,18 @@ impl<P: Throughput<f64>> Walk<'_, P> {
         }
         let (here, beyond) = (self.medium(ray.nest), self.medium(crossing.after));
         let (direction, normal) = (ray.direction, crossing.normal);
+        let place = ray.origin + direction * crossing.distance;
         if beyond.k > 0.0 {
             let event = interface(direction, normal, here, beyond);
             let [back, _] = ray.throughput.split(direction.to_array(), normal.to_array(), &event);
             account.left_at_limit += back.intensity();
-            return self.light(direction.reflect(normal)) * back.intensity();
+            return self.light(place, direction.reflect(normal)) * back.intensity();
         }
         account.left_at_limit += intensity;
         let event = interface(direction, normal, here, AIR);
         let straight_on = event.tir || ray.nest.is_empty();
         let out = if straight_on { direction } else { refracted(direction, normal, &event, here.n) };
-        self.light(out) * intensity
+        self.light(place, out) * intensity
     }
 
     fn medium(&self, nest: Nest) -> Medium {
@@ -203,8 +204,9 @@ impl<P: Throughput<f64>> Walk<'_, P> {
         })
     }
 
-    fn light(&self, direction: DVec3) -> f64 {
-        Weights::new(self.reference.scene.environment.rgb(direction)).mix(&self.table.basis[self.line])
+    fn light(&self, origin: DVec3, direction: DVec3) -> f64 {
+        Weights::new(self.reference.scene.environment.seen(origin, direction))
+            .mix(&self.table.basis[self.line])
     }
 }
 

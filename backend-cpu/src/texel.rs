@@ -1,8 +1,8 @@
 //! The environment for sixteen directions at a time: the twin of `spectral_core::environment`.
 
-use crate::light::Light;
+use crate::light::{Ground, Light};
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, turns};
-use spectral_core::environment::LatLong;
+use spectral_core::environment::{self, LatLong};
 
 /// Where directions fall on the image.
 #[derive(Clone, Copy)]
@@ -24,13 +24,22 @@ impl<V: Lanes> Aim<V> {
         Aim { column: zero, row: zero, across: zero, down: zero, inner: 0 }
     }
 
-    /// For unit directions.
+    /// For rays that leave the stones: their origins and unit directions.
     #[inline(always)]
-    pub fn new(light: &Light, direction: Triple<V>) -> Self {
-        let Light::Image { image, turn } = light else { return Self::nowhere() };
+    pub fn new(light: &Light, origin: Triple<V>, direction: Triple<V>) -> Self {
+        let Light::Image { image, turn, ground } = light else { return Self::nowhere() };
+        let sky = Self::sky(image, *turn, direction);
+        match ground {
+            None => sky,
+            Some(ground) => sky.or_ground(ground, origin, direction),
+        }
+    }
+
+    #[inline(always)]
+    fn sky(image: &LatLong, turn: f32, direction: Triple<V>) -> Self {
         let (zero, half) = (V::splat(0.0), V::splat(0.5));
-        let (width, height) = (image.width() as f32, image.height() as f32);
-        let u = turns(direction.x, direction.y) + V::splat(*turn);
+        let [width, height] = image.sky().map(|n| n as f32);
+        let u = turns(direction.x, direction.y) + V::splat(turn);
         let flat = direction.x.fma(direction.x, direction.y * direction.y).sqrt();
         let v = turns(flat, direction.z) * V::splat(2.0);
         let x = (u - u.floor()).fma(V::splat(width), -half);
@@ -41,6 +50,30 @@ impl<V: Lanes> Aim<V> {
         let inner = !column.lt(zero) & column.lt(V::splat(width - 2.5)) & row.lt(V::splat(height - 1.5));
         let column = V::select(column.lt(zero), V::splat(width - 1.0), column).min(V::splat(width - 1.0));
         Aim { column, row, across, down, inner: inner.bits() }
+    }
+
+    /// Where a ray goes down it sees the ground: the twin of `environment/ground.rs`.
+    #[inline(always)]
+    fn or_ground(self, ground: &Ground, origin: Triple<V>, direction: Triple<V>) -> Self {
+        let zero = V::splat(0.0);
+        let falling = direction.z.lt(zero);
+        let slope = (-direction.z).max(V::splat(environment::Ground::GRAZING as f32));
+        let along = (origin.z - V::splat(ground.height)) / slope;
+        let [x, y] = [(origin.x, direction.x, ground.low[0]), (origin.y, direction.y, ground.low[1])].map(
+            |(origin, direction, low)| {
+                let place = (direction.fma(along, origin) - V::splat(low)) * V::splat(ground.per_mm);
+                place.max(zero).min(V::splat(ground.last + 1.0))
+            },
+        );
+        let last = V::splat(ground.last);
+        let (column, row) = (x.floor().min(last), y.floor().min(last));
+        Aim {
+            column: V::select(falling, column, self.column),
+            row: V::select(falling, row + V::splat(ground.row), self.row),
+            across: V::select(falling, x - column, self.across),
+            down: V::select(falling, y - row, self.down),
+            inner: self.inner | falling.bits(),
+        }
     }
 
     /// Colours of the lanes whose bit is set; what the others hold is finite.
@@ -80,11 +113,11 @@ fn at_the_edge(
     [columns, rows]: [&Row; 2],
     [across, down]: [&Row; 2],
 ) -> [Row; 3] {
-    let (width, height) = (image.width() as usize, image.height() as usize);
+    let [width, height] = image.sky().map(|n| n as usize);
     let mut colours = [Row::default(); 3];
     for lane in (0..WIDTH).filter(|lane| lanes >> lane & 1 == 1) {
         let (column, row) = (columns.0[lane] as usize, rows.0[lane] as usize);
-        let texel = |i: usize, j: usize| image.texels()[j * width + i];
+        let texel = |i: usize, j: usize| image.texels()[j * image.width() as usize + i];
         let (next, below) = ((column + 1) % width, (row + 1).min(height - 1));
         let [a, b] = [texel(column, row), texel(next, row)];
         let [c, d] = [texel(column, below), texel(next, below)];
@@ -111,7 +144,9 @@ mod tests {
 
         #[inline(always)]
         fn run<V: Lanes>(self) -> [Row; 3] {
-            Aim::<V>::new(self.0, Triple::load(&self.1)).colours(self.0, 0xffff).stored()
+            Aim::<V>::new(self.0, Triple::splat([0.0; 3]), Triple::load(&self.1))
+                .colours(self.0, 0xffff)
+                .stored()
         }
     }
 

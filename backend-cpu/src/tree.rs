@@ -165,7 +165,7 @@ impl TreeTracer<'_> {
         let mut colour = [0.0; 3];
         if crossing.is_none() && scene.background != Background::Transparent {
             // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
-            colour = scene.environment.rgb(ray.direction).map(|c| c as f32);
+            colour = scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32);
         }
         Arrival { origin, direction, crossing, colour }
     }

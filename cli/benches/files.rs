@@ -97,6 +97,7 @@ fn writing(criterion: &mut Criterion) {
             depth,
             exposure: 0.0,
             transparent: false,
+            backdrop: None,
             wavelengths: &[],
             provenance: &provenance,
         };

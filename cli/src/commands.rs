@@ -1,14 +1,19 @@
 //! The command line: one module a command, each a function from its arguments to a [`Report`].
 
+pub mod batch;
 pub mod bench;
 pub mod check;
 pub mod cut;
 pub mod devices;
-mod figure;
+pub(crate) mod figure;
 pub mod materials;
 pub mod measure;
+pub mod merge;
+pub mod motion;
 pub mod render;
+pub mod sheet;
 pub mod spectrum;
+pub mod still;
 mod table;
 
 use crate::{Error, progress::Interrupt};
@@ -23,6 +28,7 @@ Exit codes:
   2    the command line does not make sense
   3    a scene, cut, mesh, image or figure that cannot be used
   4    a file that cannot be written
+  5    some items of a batch failed or are missing; the manifest says which
   130  interrupted (Ctrl-C); what was finished is in NAME.partial.png, NAME.partial.exr";
 
 /// The command line of `gemtrace`.
@@ -45,6 +51,16 @@ pub struct Cli {
 pub enum Command {
     /// Render a scene to PNG and EXR.
     Render(render::Args),
+    /// Render every picture of a sweep file: what is missing or has changed.
+    Batch(batch::Args),
+    /// Check that all shards of a batch are there and whole, and join them.
+    Merge(merge::Args),
+    /// Render a turn of all stones about +z, frame by frame; camera and lights stay.
+    Turntable(motion::TurntableArgs),
+    /// Render a tilt of all stones towards the eye and away from it, frame by frame.
+    Tilt(motion::TiltArgs),
+    /// Render a scene many times for one picture: its sizes.
+    Sheet(sheet::Args),
     /// List the materials, or show one: index, dispersion, colour.
     Materials(materials::Args),
     /// Turn a linear sRGB colour into a spectrum.
@@ -111,7 +127,12 @@ impl Console<'_> {
 pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
     match command {
         Command::Render(args) => render::run(args, console),
-        Command::Materials(args) => materials::run(args),
+        Command::Batch(args) => batch::run(args, console),
+        Command::Merge(args) => merge::run(args, console),
+        Command::Turntable(args) => motion::turntable(args, console),
+        Command::Tilt(args) => motion::tilt(args, console),
+        Command::Sheet(args) => sheet::run(args, console),
+        Command::Materials(args) => materials::run(args, console),
         Command::Spectrum(args) => spectrum::run(args),
         Command::Cut(args) => cut::run(args, console),
         Command::Check(args) => check::run(args, console),

@@ -43,6 +43,12 @@ pub enum Error {
         /// Why, and what can be done.
         message: String,
     },
+    /// A scene that is in no file, being one of a batch, and does not say what a scene can say.
+    #[error("{0}")]
+    Item(String),
+    /// Items of a batch that failed or are missing, by their names.
+    #[error("{0}")]
+    Items(String),
     /// A command line that does not make sense.
     #[error("{0}")]
     Usage(String),
@@ -63,7 +69,8 @@ impl Error {
     }
 
     /// What the process returns to the shell: 0 is success, 1 a render or device that failed, 2 a command
-    /// line that does not make sense, 3 bad input, 4 output that cannot be written, 130 an interruption.
+    /// line that does not make sense, 3 bad input, 4 output that cannot be written, 5 a batch of which some items
+    /// failed or are missing, 130 an interruption.
     ///
     /// ```
     /// assert_eq!(gemtrace::Error::Usage("which scene?".into()).exit_code(), 2);
@@ -72,8 +79,9 @@ impl Error {
         match self {
             Error::Render { .. } | Error::Core(spectral_core::Error::Device { .. }) => 1,
             Error::Usage(_) => 2,
-            Error::File { .. } | Error::Scene { .. } | Error::Core(_) => 3,
+            Error::File { .. } | Error::Scene { .. } | Error::Item(_) | Error::Core(_) => 3,
             Error::Output { .. } => 4,
+            Error::Items(_) => 5,
             Error::Interrupted => 130,
         }
     }
@@ -99,9 +107,11 @@ mod tests {
             Error::Core(core),
             Error::Core(spectral_core::Error::Device { device: "cpu".into(), message: String::new() }),
             Error::output("x.png", ""),
+            Error::Item(String::new()),
+            Error::Items(String::new()),
             Error::Interrupted,
         ]
         .map(|e| e.exit_code());
-        assert_eq!(codes, [1, 2, 3, 1, 4, 130]);
+        assert_eq!(codes, [1, 2, 3, 1, 4, 3, 5, 130]);
     }
 }

@@ -15,15 +15,21 @@
 //! name, flushed to the disk and renamed. An interrupted render leaves the asked-for name alone and
 //! writes `NAME.partial.png` instead.
 
+pub mod animation;
 mod exr;
 mod file;
+pub mod part;
 mod png;
 mod provenance;
 
+pub use file::remove_leftovers;
 pub use provenance::{Provenance, energy, settings};
 
 use crate::Error;
-use spectral_core::{color::RgbSpace, film::Film};
+use spectral_core::{
+    color::{RgbSpace, matrix},
+    film::Film,
+};
 use std::path::{Path, PathBuf};
 
 /// A kind of picture file.
@@ -134,6 +140,8 @@ pub struct Picture<'a> {
     pub exposure: f64,
     /// Whether alpha is coverage (else 1).
     pub transparent: bool,
+    /// A colour to put behind what is transparent, linear sRGB as it is shown: `exposure` leaves it alone.
+    pub backdrop: Option<[f64; 3]>,
     /// The wavelengths that the film keeps, nm; one for each of its spectral planes.
     pub wavelengths: &'a [f64],
     /// What goes into the header.
@@ -141,17 +149,32 @@ pub struct Picture<'a> {
 }
 
 impl Picture<'_> {
-    /// All pixels in `space`, linear and premultiplied, with their alpha.
-    fn pixels(&self, space: RgbSpace) -> Vec<[f32; 4]> {
+    /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
+    fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
         let mut pixels = self.film.to_space(space);
-        if !self.transparent {
-            let width = self.film.width() as usize;
-            for (i, pixel) in pixels.iter_mut().enumerate() {
-                let sampled = self.film.samples((i % width) as u32, (i / width) as u32) > 0;
-                pixel[3] = f32::from(u8::from(sampled));
+        let width = self.film.width() as usize;
+        let backdrop = self.backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            let sampled = || self.film.samples((i % width) as u32, (i / width) as u32) > 0;
+            let [colour @ .., alpha] = pixel;
+            colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
+            if let Some(behind) = backdrop.filter(|_| self.transparent && sampled()) {
+                let through = 1.0 - f64::from(*alpha);
+                colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
+                *alpha = 1.0;
+            } else if !self.transparent {
+                *alpha = f32::from(u8::from(sampled()));
             }
         }
         pixels
+    }
+}
+
+impl Picture<'_> {
+    /// What a PNG shows in sRGB with 8 bits, straight alpha, row by row.
+    pub fn rgba(&self) -> Vec<[u8; 4]> {
+        let pixels = self.pixels(RgbSpace::Srgb, self.exposure.exp2());
+        pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
     }
 }
 
@@ -172,6 +195,18 @@ pub struct Written {
     pub bytes: u64,
     /// Why it is not where it should be.
     pub failure: Option<Error>,
+}
+
+impl From<Result<PathBuf, Error>> for Written {
+    /// What became of a file that is written in one way only.
+    fn from(result: Result<PathBuf, Error>) -> Self {
+        let (path, failure) = match result {
+            Ok(path) => (Some(path), None),
+            Err(error) => (None, Some(error)),
+        };
+        let bytes = path.as_ref().and_then(|path| std::fs::metadata(path).ok()).map_or(0, |data| data.len());
+        Written { path, bytes, failure }
+    }
 }
 
 /// Writes one picture file.
@@ -219,6 +254,14 @@ fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
 /// [`Error::Output`] where the folder is missing or not writable, or the name is a folder's.
 pub fn check(path: &Path) -> Result<(), Error> {
     file::check(path)
+}
+
+/// Writes 8-bit sRGB pixels, row by row, as a PNG: sheets.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written.
+pub fn write_rgb(path: &Path, width: u32, pixels: &[[u8; 3]]) -> Result<u64, Error> {
+    file::write(path, |file| png::encode_rgb(width, pixels, file))
 }
 
 /// Writes a text file (a plot, say) as safely as a picture.

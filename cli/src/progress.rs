@@ -1,6 +1,6 @@
 //! How far a render is, and whether someone wants it to stop.
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
@@ -64,6 +64,77 @@ impl Bar {
 impl Drop for Bar {
     fn drop(&mut self) {
         self.0.finish_and_clear();
+    }
+}
+
+/// Two bars for many pictures: all of them, and the one in the works. Nothing where the standard error is no terminal.
+#[derive(Debug)]
+pub struct Board {
+    bars: MultiProgress,
+    visible: bool,
+    whole: ProgressBar,
+    picture: ProgressBar,
+}
+
+impl Board {
+    /// For `total` pictures, of which some are there already; invisible if `quiet` or where nobody sees it.
+    pub fn new(total: u64, there: u64, quiet: bool) -> Self {
+        let visible = !quiet && std::io::stderr().is_terminal();
+        let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+        let bars = MultiProgress::with_draw_target(target);
+        // What was there before says nothing about how long the rest will take.
+        let whole = bars.add(ProgressBar::new(total).with_position(there));
+        whole.reset_eta();
+        let picture = bars.add(ProgressBar::new(1));
+        for (bar, template) in [
+            (&whole, "{bar:40} {pos} of {len} pictures  {elapsed} elapsed, {eta} left"),
+            (&picture, "{bar:40} {percent:>3} %  {msg}"),
+        ] {
+            if let Ok(style) = ProgressStyle::with_template(template) {
+                bar.set_style(style);
+            }
+        }
+        Board { bars, visible, whole, picture }
+    }
+
+    /// Whether anybody sees it.
+    pub fn is_visible(&self) -> bool {
+        self.visible
+    }
+
+    /// A picture is in the works.
+    pub fn begin(&self, name: &str) {
+        self.picture.set_message(name.to_owned());
+        self.picture.set_position(0);
+    }
+
+    /// How far the picture in the works is.
+    pub fn set(&self, done: u64, total: u64) {
+        self.picture.set_length(total);
+        self.picture.set_position(done);
+    }
+
+    /// The picture in the works is over. Returns its place among all: `"[3/200]"`.
+    pub fn end(&self) -> String {
+        self.whole.inc(1);
+        self.current()
+    }
+
+    /// How many pictures are over: `"[3/200]"`.
+    pub fn current(&self) -> String {
+        format!("[{}/{}]", self.whole.position(), self.whole.length().unwrap_or_default())
+    }
+
+    /// Does something that writes to the standard error without tearing the bars.
+    pub fn aside(&self, write: impl FnOnce()) {
+        self.bars.suspend(write);
+    }
+}
+
+impl Drop for Board {
+    fn drop(&mut self) {
+        self.picture.finish_and_clear();
+        self.whole.finish_and_clear();
     }
 }
 

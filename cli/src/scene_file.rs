@@ -23,15 +23,19 @@
 //! # Ok::<(), gemtrace::Error>(())
 //! ```
 
-mod fields;
+mod draft;
+pub(crate) mod fields;
+mod ground;
 mod light;
 mod material;
+mod pose;
 mod setting;
-mod source;
+pub(crate) mod source;
 mod stone;
 mod view;
 
 use crate::{Error, import};
+pub use draft::Draft;
 use fields::{Document, Fields};
 use source::Sources;
 use spectral_core::Warning;
@@ -51,6 +55,9 @@ pub struct LoadedScene {
     pub scene: Scene,
     /// How.
     pub settings: RenderSettings,
+    /// The colour that is put behind the stones as the picture is written, linear sRGB; the scene's own background is
+    /// then transparent.
+    pub backdrop: Option<[f64; 3]>,
     /// What was accepted with a remark.
     pub warnings: Vec<Warning>,
     /// SHA-256, in hexadecimal, over the scene's text and every file it names, each with its length, in the
@@ -81,10 +88,14 @@ pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Erro
     check_format(&root)?;
     let mut sources = Sources::new(text, folder);
     let settings = setting::read(&root)?;
-    let view = view::read(&root)?;
-    let environment = light::read(&root, &mut sources, &view.camera)?;
-    let stones = stone::read(&root, &mut sources, &settings)?;
+    let mut view = view::read(&root)?;
+    let mut environment = light::read(&root, &mut sources, &view.camera)?;
+    let materials = material::read(&root, &mut sources, &settings)?;
+    let mut stones = stone::read(&root, &materials, &mut sources)?;
+    let scale = pose::read(&root)?.map_or(Ok(1.0), |pose| pose.apply(&mut view.camera, &mut stones))?;
+    let ground = ground::read(&root, &materials, scale, &stones, &mut environment)?;
     root.finish()?;
+    stones.extend(ground);
     view.check(&settings)?;
     let scene = Scene {
         camera: view.camera,
@@ -97,6 +108,7 @@ pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Erro
     Ok(LoadedScene {
         scene,
         settings,
+        backdrop: view.backdrop,
         warnings: sources.warnings,
         hash: sources.hash.finish(),
         files: sources.files,

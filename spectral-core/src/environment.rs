@@ -10,9 +10,11 @@
 //! so that row 0 is at +z and a positive rotation turns the lights counter-clockwise seen from +z. Texel
 //! (i, j) is centred at ((i + ½)/W, (j + ½)/H); look-ups are bilinear, periodic in u, clamped in v.
 
+mod ground;
 mod model;
 mod studio;
 
+pub use ground::Ground;
 pub use model::{Head, LightModel, Pattern};
 
 use crate::{Error, Warning, cie::Illuminant};
@@ -25,6 +27,8 @@ use std::sync::Arc;
 pub struct LatLong {
     width: u32,
     height: u32,
+    /// Columns and rows that are lights; below them may be a [`Ground`].
+    sky: [u32; 2],
     texels: Vec<[f32; 3]>,
 }
 
@@ -50,7 +54,7 @@ impl LatLong {
             return Err(Error::value("environment size", size, found));
         }
         let warnings = clean(&mut texels);
-        Ok((LatLong { width, height, texels }, warnings))
+        Ok((LatLong { width, height, sky: [width, height], texels }, warnings))
     }
 
     /// The built-in studio: a dim room with a ring of soft boxes and a large one overhead.
@@ -70,6 +74,12 @@ impl LatLong {
         self.height
     }
 
+    /// Columns and rows of the lat-long image itself, from the first; of a prepared scene with a ground the rest is
+    /// the ground's picture.
+    pub fn sky(&self) -> [u32; 2] {
+        self.sky
+    }
+
     /// All texels, row by row.
     pub fn texels(&self) -> &[[f32; 3]] {
         &self.texels
@@ -77,14 +87,14 @@ impl LatLong {
 
     /// The bilinear value at image coordinates `u` (periodic) and `v` (clamped), in double precision.
     pub fn bilinear(&self, u: f64, v: f64) -> [f64; 3] {
-        let (w, h) = (self.width as usize, self.height as usize);
-        let x = u * f64::from(self.width) - 0.5;
-        let y = (v * f64::from(self.height) - 0.5).clamp(0.0, (h - 1) as f64);
+        let [w, h] = self.sky.map(|n| n as usize);
+        let x = u * w as f64 - 0.5;
+        let y = (v * h as f64 - 0.5).clamp(0.0, (h - 1) as f64);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
         let (i, j) = ((x0 as i64).rem_euclid(w as i64) as usize, y0 as usize);
         let (i1, j1) = ((i + 1) % w, (j + 1).min(h - 1));
-        let texel = |i: usize, j: usize, c: usize| f64::from(self.texels[j * w + i][c]);
+        let texel = |i: usize, j: usize, c: usize| f64::from(self.texels[j * self.width as usize + i][c]);
         std::array::from_fn(|c| {
             let top = texel(i, j, c) * (1.0 - fx) + texel(i1, j, c) * fx;
             let bottom = texel(i, j1, c) * (1.0 - fx) + texel(i1, j1, c) * fx;
@@ -139,6 +149,8 @@ pub struct Environment {
     pub scale: f64,
     /// The light that the image's white stands for: a grey texel is exactly grey × illuminant.
     pub illuminant: Illuminant,
+    /// What is seen below the horizon in place of the image's lower half, if anything is.
+    pub ground: Option<Arc<Ground>>,
 }
 
 impl Environment {
@@ -153,7 +165,7 @@ impl Environment {
     }
 
     fn new(source: Source) -> Self {
-        Environment { source, rotation: 0.0, scale: 1.0, illuminant: Illuminant::D65 }
+        Environment { source, rotation: 0.0, scale: 1.0, illuminant: Illuminant::D65, ground: None }
     }
 
     /// Linear sRGB seen in a unit direction (away from the stone), before `scale`.
@@ -165,6 +177,26 @@ impl Environment {
                 image.bilinear(turn.rem_euclid(1.0), direction.z.clamp(-1.0, 1.0).acos() / PI)
             }
         }
+    }
+
+    /// Linear sRGB that a ray sees which leaves the stones at `origin` (mm) in a unit direction, before `scale`: the
+    /// ground where there is one and the ray goes down, else the light from there.
+    pub fn seen(&self, origin: DVec3, direction: DVec3) -> [f64; 3] {
+        match &self.ground {
+            Some(ground) if direction.z < 0.0 => ground.rgb(origin, direction),
+            _ => self.rgb(direction),
+        }
+    }
+
+    /// The same with the world's origin moved to `origin`, and the ground's picture in the image.
+    pub(crate) fn seen_from(&self, origin: DVec3) -> Environment {
+        let Some(ground) = &self.ground else { return self.clone() };
+        let image = match &self.source {
+            Source::Image(image) => image.with_ground(ground),
+            Source::Uniform(rgb) => uniform(*rgb).with_ground(ground),
+        };
+        let ground = Some(Arc::new(ground.seen_from(origin)));
+        Environment { source: Source::Image(Arc::new(image)), ground, ..self.clone() }
     }
 
     /// Refuses what cannot be light.
@@ -186,6 +218,13 @@ impl Environment {
             _ => Ok(()),
         }
     }
+}
+
+/// A sky of one colour, wide enough for its edges to be rare.
+fn uniform(rgb: [f64; 3]) -> LatLong {
+    const EDGE: u32 = 64;
+    let texels = vec![rgb.map(|c| c as f32); (EDGE * EDGE) as usize];
+    LatLong { width: EDGE, height: EDGE, sky: [EDGE; 2], texels }
 }
 
 #[cfg(test)]

@@ -2,9 +2,11 @@
 
 mod agreement;
 mod convergence;
+mod sums;
 
 pub use agreement::Agreement;
 pub use convergence::BLOCK;
+pub use sums::PixelSums;
 
 use crate::{Error, color::RgbSpace, prepare::PreparedScene};
 use std::ops::Range;
@@ -81,16 +83,29 @@ impl Film {
     /// An empty film for a prepared scene.
     pub fn new(scene: &PreparedScene) -> Self {
         let wavelengths = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
-        let pixels = scene.width as usize * scene.height as usize;
+        Film::empty(scene.width, scene.height, wavelengths)
+    }
+
+    /// An empty film of a size, for sums from elsewhere; `wavelengths` is 0 unless it is spectral.
+    ///
+    /// # Errors
+    /// As [`Film::check_size`].
+    pub fn with_size(width: u32, height: u32, wavelengths: usize) -> Result<Self, Error> {
+        Film::check_size(width, height, wavelengths)?;
+        Ok(Film::empty(width, height, wavelengths))
+    }
+
+    fn empty(width: u32, height: u32, wavelengths: usize) -> Self {
+        let pixels = width as usize * height as usize;
         Film {
-            width: scene.width,
-            height: scene.height,
+            width,
+            height,
             wavelengths,
             xyz: vec![[0.0; 3]; pixels],
             coverage: vec![0.0; pixels],
             samples: vec![0; pixels],
             radiance: vec![0.0; pixels * wavelengths],
-            convergence: convergence::Convergence::new(scene.width, scene.height),
+            convergence: convergence::Convergence::new(width, height),
         }
     }
 
@@ -303,10 +318,7 @@ mod tests {
     use super::*;
 
     fn film(width: u32, height: u32) -> Film {
-        let pixels = width as usize * height as usize;
-        let (xyz, coverage, samples) = (vec![[0.0; 3]; pixels], vec![0.0; pixels], vec![0; pixels]);
-        let convergence = convergence::Convergence::new(width, height);
-        Film { width, height, wavelengths: 0, xyz, coverage, samples, radiance: Vec::new(), convergence }
+        Film::empty(width, height, 0)
     }
 
     fn add(film: &mut Film, [x, y, width, height]: [u32; 4], count: usize) {

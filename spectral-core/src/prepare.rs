@@ -41,7 +41,7 @@ pub struct PreparedScene {
     pub background: Background,
     /// All stones' surfaces, in local coordinates.
     pub geometry: Geometry,
-    /// The light.
+    /// The light, with the ground in local coordinates and its picture in the image.
     pub environment: Environment,
     /// Optics by wavelength: one table for all samples, or one a sample where wavelengths are jittered.
     pub tables: Vec<SpectralTable>,
@@ -78,7 +78,7 @@ impl PreparedScene {
             origin,
             background: scene.background,
             geometry,
-            environment: scene.environment.clone(),
+            environment: scene.environment.seen_from(origin),
             tables,
             eye_nest,
             warnings,

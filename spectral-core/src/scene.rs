@@ -73,6 +73,14 @@ impl Stone {
         self.placement().map(drop)
     }
 
+    /// The least and the greatest corner of the box about the stone as it stands in the world, mm.
+    ///
+    /// # Errors
+    /// As [`placed`](Self::placed), without making a mesh.
+    pub fn bounds(&self) -> Result<(DVec3, DVec3), Error> {
+        Ok(self.placement()?.bounds(&self.mesh))
+    }
+
     /// How the mesh is placed, which keeps it within the range of coordinates.
     pub(crate) fn placement(&self) -> Result<Placement, Error> {
         let (rotation, scale, position) = self.place()?;

@@ -97,7 +97,13 @@ fn structures_lie_as_their_twins() {
                 leave_at_limit,
                 transparent,
                 builder_scale,
-                gain
+                gain,
+                ground_height,
+                sky,
+                ground_low,
+                ground_per_mm,
+                ground_last,
+                grazing
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });

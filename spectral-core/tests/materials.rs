@@ -138,6 +138,8 @@ fn everything_asked_for_is_there() {
         "gold",
         "silver",
         "platinum",
+        "copper",
+        "rose-gold",
     ] {
         assert_eq!(catalogue.get(name).unwrap().name, name);
     }
@@ -288,4 +290,51 @@ fn absorption_terms() {
     let negative = Tabulated::from_csv("400,0.1\n500,-0.1\n", "t").unwrap();
     let error = Absorption::new(vec![Term::Table(negative)]).unwrap_err().to_string();
     assert!(error.contains("500 nm") && error.contains("cannot add light"), "{error}");
+}
+
+#[test]
+fn rose_gold_is_the_mean_of_its_metals_permittivities_by_volume() {
+    // Mass in parts of 1000 and density, g/cm³.
+    let parts = [("gold", 750.0, 19.30), ("silver", 45.0, 10.49), ("copper", 205.0, 8.96)];
+    let volume: f64 = parts.iter().map(|(_, mass, density)| mass / density).sum();
+    let alloy = material("rose-gold");
+    assert!(alloy.is_conductor() && alloy.is_approximate());
+    // At rows of the table: between them n and k are joined by straight lines, and squares are not.
+    for nm in [381.5, 450.9, 520.9, 582.1, 659.5, 756.0] {
+        let square = |m: &Material| {
+            let (n, k) = (m.index(nm), m.extinction(nm));
+            [n * n - k * k, 2.0 * n * k]
+        };
+        let mut mean = [0.0; 2];
+        for (name, mass, density) in parts {
+            let share = mass / density / volume;
+            mean = [0, 1].map(|i| mean[i] + share * square(material(name))[i]);
+        }
+        let found = square(alloy);
+        // n and k have four decimals.
+        let rounding = 2.0 * 5e-5 * (alloy.index(nm) + alloy.extinction(nm));
+        for i in 0..2 {
+            assert!((found[i] - mean[i]).abs() <= rounding, "{nm} nm: {found:?}, {mean:?}");
+        }
+    }
+}
+
+#[test]
+fn the_metals_of_settings_have_their_colours() {
+    let reflected = |name: &str| {
+        let grid = WavelengthGrid::stepped(380.0, 780.0, 5.0).unwrap();
+        let share = |nm: f64| {
+            let (n, k) = (material(name).index(nm), material(name).extinction(nm));
+            ((n - 1.0).powi(2) + k * k) / ((n + 1.0).powi(2) + k * k)
+        };
+        let light: Vec<f64> = grid.nm().iter().map(|&nm| Illuminant::D65.at(nm) * share(nm)).collect();
+        Response::new(&grid).unwrap().to_linear_srgb(&light)
+    };
+    let [gold, rose, copper] = ["gold", "rose-gold", "copper"].map(reflected);
+    // From yellow to pink there is more and more blue.
+    assert!(gold[2] / gold[0] < rose[2] / rose[0] && rose[2] / rose[0] < copper[2] / copper[0]);
+    for (name, least) in [("silver", 0.9), ("platinum", 0.55)] {
+        let [r, g, b] = reflected(name);
+        assert!(b > least && r / b < 1.25 && g / b < 1.15, "{name}: {r} {g} {b}");
+    }
 }

@@ -7,11 +7,12 @@ use crate::{
 };
 use glam::DVec3;
 use spectral_core::{
-    environment::{Environment, LatLong},
+    environment::{Environment, Ground, LatLong},
     scene::{Background, Scene, Stone},
     settings::{Leftover, RenderSettings},
     wavelength::WavelengthGrid,
 };
+use std::sync::Arc;
 
 /// A scene, its settings, and how far a backend's picture of it may be from the oracle's.
 pub struct Exhibit {
@@ -148,12 +149,35 @@ pub fn gallery() -> Vec<Exhibit> {
             RenderSettings { threshold: 0.0, ..settings(4) },
         ),
         exhibit(
+            "on-a-ground",
+            scene(view(18.0), 96, above_ground(studio()), vec![gem("round-brilliant", material("sapphire"))]),
+            RenderSettings { max_depth: 12, ..polarized.clone() },
+        ),
+        exhibit(
+            "two-stones-on-a-ground",
+            Scene { environment: above_ground(Environment::uniform([0.6, 0.8, 1.0])), ..two_stones() },
+            polarized.clone(),
+        ),
+        exhibit(
             "curved",
             scene(view(14.0), 64, studio(), vec![stone(sphere(2.5, 12, 24), glass(1.5))]),
             settings(3),
         ),
     ]);
     all
+}
+
+/// The same light with a diffuse ground below, darkest in its middle, and of another colour beyond its picture.
+fn above_ground(light: Environment) -> Environment {
+    let edge = 33;
+    let texel = |k: u32| {
+        let [x, y] = [k % edge, k / edge].map(|i| (i as f32 - 16.0) / 16.0);
+        let far = (x * x + y * y).min(1.0);
+        [0.1 + 0.6 * far, 0.1 + 0.4 * far, 0.3 * far + 0.05 * x + 0.05]
+    };
+    let texels = (0..edge * edge).map(texel).collect();
+    let ground = Ground::new(-3.0, [-12.0; 2], 0.75, edge, texels).expect("a valid ground");
+    Environment { ground: Some(Arc::new(ground)), ..light }
 }
 
 fn two_stones() -> Scene {

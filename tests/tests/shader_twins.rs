@@ -251,9 +251,9 @@ fn look_ups_of_light() {
         .collect();
     directions.extend([DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y, DVec3::Z, -DVec3::Z]);
     let inputs: Vec<Row> = directions.iter().map(|d| row(&d.as_vec3().to_array())).collect();
-    let block = Scene { turn: 33.0 / 360.0, image: 1, gain: 1.0, ..Scene::default() };
+    let block = Scene { turn: 33.0 / 360.0, image: 1, gain: 1.0, sky: image.sky(), ..Scene::default() };
     let body = "
-        let rgb = light_rgb(vec3(in[0], in[1], in[2]));
+        let rgb = light_rgb(vec3(0.0), vec3(in[0], in[1], in[2]));
         out[0] = rgb.x; out[1] = rgb.y; out[2] = rgb.z;";
     for gpu in gpus() {
         let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;

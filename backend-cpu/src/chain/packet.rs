@@ -144,7 +144,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             outgoing.lanes = out;
             if out != 0 {
                 outgoing.intensity = leaving;
-                outgoing.aim = Aim::new(self.light, at.refracted(packet.direction, normal));
+                outgoing.aim = Aim::new(self.light, packet.origin, at.refracted(packet.direction, normal));
             }
             packet.direction = at.reflected(packet.direction, normal);
             packet.flux = flux;
@@ -224,7 +224,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
             let out = at.refracted(packet.direction, normal);
             let out = Triple::select(at.total, packet.direction, out);
-            self.outgoing[k] = Outgoing { aim: Aim::new(self.light, out), intensity: left, lanes };
+            self.outgoing[k] =
+                Outgoing { aim: Aim::new(self.light, packet.origin, out), intensity: left, lanes };
         }
         self.gather();
         while let Some(packet) = self.packets.pop() {

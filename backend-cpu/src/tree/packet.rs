@@ -315,7 +315,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             direction = Triple::select(at.total, direction, out);
         }
         self.ledger.add(Fate::LeftAtLimit, &flux.intensity().only(event.lanes));
-        self.shine(block, direction, flux.intensity(), event.lanes, sum);
+        self.shine(block, [event.point, direction], flux.intensity(), event.lanes, sum);
     }
 
     /// Rays that meet nothing more.
@@ -329,13 +329,14 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         if !packet.nest.is_empty() {
             self.ledger.add(Fate::Lost, &intensity.only(lanes));
         }
-        self.shine(block, packet.direction, intensity, lanes, sum);
+        self.shine(block, [packet.origin, packet.direction], intensity, lanes, sum);
     }
 
-    /// Adds the environment's light.
+    /// Adds the light that is seen along rays, origin and direction.
     #[inline(always)]
-    fn shine(&mut self, block: &Block, direction: Triple<V>, intensity: V, lanes: u16, sum: &mut V) {
-        let light = block.expand(Aim::new(self.light, direction).colours(self.light, lanes));
+    fn shine(&mut self, block: &Block, ray: [Triple<V>; 2], intensity: V, lanes: u16, sum: &mut V) {
+        let [origin, direction] = ray;
+        let light = block.expand(Aim::new(self.light, origin, direction).colours(self.light, lanes));
         *sum = V::select(V::Mask::from_bits(lanes), light.fma(intensity, *sum), *sum);
     }
 

@@ -1,8 +1,10 @@
 //! `gemtrace materials`.
 
 mod appearance;
+mod swatch;
 
-use super::{Report, table};
+use super::still::Means;
+use super::{Console, Report, table};
 use crate::plot::{Line, Panel, svg};
 use crate::{Error, output};
 use appearance::Appearance;
@@ -19,13 +21,25 @@ pub struct Args {
     /// Write a plot of its index and absorption here.
     #[arg(long, value_name = "FILE", requires = "name")]
     pub svg: Option<PathBuf>,
+    /// Write a picture of the same stone in every material here, as PNG.
+    #[arg(long, value_name = "FILE", conflicts_with = "name")]
+    pub sheet: Option<PathBuf>,
+    #[command(flatten, next_help_heading = "How the sheet is rendered")]
+    #[allow(missing_docs, reason = "clap would print it as the command's own description")]
+    pub means: Means,
 }
 
 /// Lists the catalogue, or describes one material.
 ///
 /// # Errors
-/// [`Error::Core`] for a name that is not in the catalogue; [`Error::Output`] for the plot.
-pub fn run(args: &Args) -> Result<Report, Error> {
+/// [`Error::Core`] for a name that is not in the catalogue; [`Error::Output`] for the plot or the sheet; [`Error`] of
+/// the device that renders the sheet.
+pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    if let Some(path) = &args.sheet {
+        let count = swatch::sheet(path, &args.means, console)?;
+        let text = format!("wrote {} – {count} materials", path.display());
+        return Ok(Report::new(text, json!({ "output": path.display().to_string(), "materials": count })));
+    }
     let Some(name) = &args.name else { return list() };
     let material = Catalogue::builtin().get(name)?;
     if let Some(path) = &args.svg {

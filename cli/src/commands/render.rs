@@ -4,17 +4,20 @@ mod outcome;
 
 use super::{Console, Report};
 use crate::Error;
+use crate::batch::{Portion, Shard};
+use crate::effort::Effort;
+use crate::output::part::Work;
 use crate::output::{self, Depth, Format, Picture, Provenance, Target, Written};
 use crate::progress::Bar;
 use crate::registry::{self, Candidates, Choice};
 use crate::rendering::{self, Rendered, Watch};
 use crate::scene_file::{self, LoadedScene};
+use crate::share::{self, Share};
 use outcome::Outcome;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
-use spectral_core::settings::Quality;
 use spectral_core::tracer::{Backend, OpenOptions, Progress};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -36,15 +39,9 @@ pub struct Args {
     /// Which of the backend's devices, counted from 0.
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
-    /// Samples, wavelengths, depth and thresholds chosen together, in place of the scene's: draft, normal or final.
-    #[arg(long, value_name = "NAME", value_parser = parse_quality)]
-    pub quality: Option<Quality>,
-    /// Samples for every pixel, or with --tolerance the most, in place of the scene's.
-    #[arg(long, value_name = "N")]
-    pub samples: Option<u32>,
-    /// Spend samples where they change the picture by more than this colour difference, ΔE00; 0: everywhere alike.
-    #[arg(long, value_name = "DELTA_E")]
-    pub tolerance: Option<f64>,
+    /// How much work it is worth.
+    #[command(flatten)]
+    pub effort: Effort,
     /// Picture size in pixels, in place of the scene's.
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
@@ -57,6 +54,10 @@ pub struct Args {
     /// Brighten the PNG by this many stops; the EXR keeps the scene's own values.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// Render the i-th of n shares of the picture's rows into NAME.part-I-of-N.exr, for 'gemtrace merge' to join; auto:
+    /// the share that Slurm or Kubernetes says.
+    #[arg(long, value_name = "I/N")]
+    pub shard: Option<Portion>,
     /// Bits a channel of the PNG: 8 or 16.
     #[arg(long, value_name = "N", default_value = "8", value_parser = parse_depth)]
     pub bits: Depth,
@@ -79,6 +80,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
 /// As [`run`].
 pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Result<Report, Error> {
     let start = Instant::now();
+    let shard = args.shard.map_or(Ok(Shard::WHOLE), Portion::resolve)?;
     let targets = targets(args)?;
     let candidates = registry::choose_among(backends, &args.backend, args.device)?;
     let mut loaded = load(args)?;
@@ -92,11 +94,15 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     warnings.iter().for_each(|warning| console.warn(warning));
 
     let mut film = Film::new(&scene);
+    if !shard.is_whole() {
+        Share::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
+    }
     let rendered = trace(args, candidates, &scene, &mut film, console, &mut warnings);
-    if !(rendered.traced.finished || has_samples(&film)) {
+    // A share is whole or nothing; of a picture that is broken off something can be shown.
+    if !rendered.traced.finished && (!shard.is_whole() || !has_samples(&film)) {
         return Err(rendered.failure.unwrap_or(Error::Interrupted));
     }
-    let written = write(args, &targets, &film, &scene, &loaded, &rendered);
+    let written = write(args, shard, &targets, &film, &scene, &loaded, &rendered);
     let outcome = Outcome { scene, rendered, written, warnings, elapsed: start.elapsed() };
     Ok(outcome.report())
 }
@@ -122,22 +128,14 @@ fn load(args: &Args) -> Result<LoadedScene, Error> {
     if let Some([width, height]) = args.size {
         (loaded.scene.width, loaded.scene.height) = (width, height);
     }
-    if let Some(quality) = args.quality {
-        loaded.settings = loaded.settings.at(quality);
-    }
-    if let Some(samples) = args.samples {
-        loaded.settings = loaded.settings.with_samples(samples);
-    }
-    if let Some(tolerance) = args.tolerance {
-        loaded.settings.tolerance = tolerance;
-    }
+    loaded.settings = args.effort.over(&loaded.settings);
     Ok(loaded)
 }
 
 /// Prepares a scene; what is wrong with it is the scene file's fault unless the command line changed it.
 fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-        let changed = args.size.is_some() || args.samples.is_some() || args.tolerance.is_some();
+        let changed = args.size.is_some() || args.effort.is_given();
         if changed { Error::Core(error) } else { Error::file(&args.scene, error) }
     })
 }
@@ -192,6 +190,7 @@ fn has_samples(film: &Film) -> bool {
 
 fn write(
     args: &Args,
+    shard: Shard,
     targets: &[Target],
     film: &Film,
     scene: &PreparedScene,
@@ -210,9 +209,14 @@ fn write(
         depth: args.bits,
         exposure: args.exposure,
         transparent: scene.background == Background::Transparent,
+        backdrop: loaded.backdrop,
         wavelengths: scene.settings.wavelengths.nm(),
         provenance: &provenance,
     };
+    if !shard.is_whole() {
+        let work = Work::new(&rendered.devices, &rendered.traced);
+        return vec![share::write(shard, targets, &picture, work).into()];
+    }
     let partials: Vec<Target> = targets.iter().map(Target::partial).collect();
     output::write_all(if partial { &partials } else { targets }, &picture)
 }
@@ -236,11 +240,7 @@ fn parse_space(name: &str) -> Result<RgbSpace, String> {
     RgbSpace::by_name(name).map_err(|e| e.to_string())
 }
 
-fn parse_quality(name: &str) -> Result<Quality, String> {
-    Quality::by_name(name).map_err(|e| e.to_string())
-}
-
-fn parse_stops(text: &str) -> Result<f64, String> {
+pub(super) fn parse_stops(text: &str) -> Result<f64, String> {
     let stops = text.parse::<f64>().ok().filter(|stops| stops.abs() <= 64.0);
     stops.ok_or_else(|| "give a number of stops from -64 to 64".to_owned())
 }

@@ -1,6 +1,7 @@
 //! Files that are either complete or not there.
 
 use crate::Error;
+use std::collections::{HashMap, HashSet};
 use std::fs::{self, File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
@@ -30,7 +31,7 @@ pub fn check(path: &Path) -> Result<(), Error> {
         Err(e) => return refuse(format!("the folder {} cannot be used ({e})", folder.display())),
         Ok(_) => {}
     }
-    match temporary(&folder) {
+    match temporary(&folder, path) {
         Ok(_) => Ok(()),
         Err(e) => refuse(format!("the folder {} cannot be written to ({e})", folder.display())),
     }
@@ -52,7 +53,7 @@ fn try_write(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), String>) ->
     }
     let path = real(path);
     let folder = folder(&path);
-    let mut temporary = temporary(&folder).map_err(text)?;
+    let mut temporary = temporary(&folder, &path).map_err(text)?;
     fill(temporary.as_file_mut())?;
     let file = temporary.as_file();
     file.sync_all().map_err(text)?;
@@ -81,10 +82,40 @@ fn is_special(path: &Path) -> bool {
     fs::metadata(path).is_ok_and(|data| !data.is_file() && !data.is_dir())
 }
 
-/// A file that vanishes unless it is renamed; readable by whoever may read other new files.
-fn temporary(folder: &Path) -> io::Result<NamedTempFile> {
+/// Removes what a process that was killed left of these files: temporary ones, never those under their own names.
+pub fn remove_leftovers(paths: &[PathBuf]) {
+    let mut expected: HashMap<PathBuf, HashSet<String>> = HashMap::new();
+    for path in paths {
+        let path = real(path);
+        expected.entry(folder(&path)).or_default().insert(prefix(&path));
+    }
+    for (folder, prefixes) in &expected {
+        for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name();
+            let name = name.to_str().and_then(|name| name.strip_suffix(SUFFIX));
+            // What follows the prefix is random, without a hyphen.
+            let left = name.and_then(|name| name.rfind('-').map(|hyphen| &name[..=hyphen]));
+            if left.is_some_and(|prefix| prefixes.contains(prefix)) {
+                // If it cannot be removed, it is in nobody's way.
+                fs::remove_file(entry.path()).ok();
+            }
+        }
+    }
+}
+
+const SUFFIX: &str = ".tmp";
+
+/// How the names of a file's temporary companions begin; hidden, and short enough for any file system.
+fn prefix(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    format!(".gemtrace-{}-", name.chars().take(60).collect::<String>())
+}
+
+/// A file that vanishes unless it is renamed to `path` or thereabouts; readable by whoever may read other new files.
+fn temporary(folder: &Path, path: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".gemtrace-").suffix(".tmp");
+    let prefix = prefix(path);
+    builder.prefix(&prefix).suffix(SUFFIX);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     builder.tempfile_in(folder)

@@ -37,8 +37,8 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
     }
     let gain = picture.exposure.exp2();
     let mut rows = writer.stream_writer()?;
-    for row in picture.pixels(space).chunks(width as usize) {
-        let samples = row.iter().flat_map(|pixel| displayed(*pixel, gain));
+    for row in picture.pixels(space, gain).chunks(width as usize) {
+        let samples = row.iter().flat_map(|pixel| displayed(*pixel));
         let bytes: Vec<u8> = match picture.depth {
             Depth::Eight => samples.map(|v| (v * 255.0).round() as u8).collect(),
             Depth::Sixteen => samples.flat_map(|v| ((v * 65_535.0).round() as u16).to_be_bytes()).collect(),
@@ -48,9 +48,23 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
     rows.finish()
 }
 
+/// Encodes 8-bit sRGB pixels as they are.
+pub fn encode_rgb(width: u32, pixels: &[[u8; 3]], file: &mut File) -> Result<(), String> {
+    let mut buffer = BufWriter::new(file);
+    let height = pixels.len() as u32 / width.max(1);
+    let mut encoder = Encoder::new(&mut buffer, width, height);
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
+    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
+    writer.write_image_data(pixels.as_flattened()).map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| e.to_string())?;
+    buffer.flush().map_err(|e| e.to_string())
+}
+
 /// Linear premultiplied to encoded straight values, 0 to 1.
-fn displayed([r, g, b, alpha]: [f32; 4], gain: f64) -> [f64; 4] {
-    let straight = if alpha > 0.0 { gain / f64::from(alpha) } else { 0.0 };
+pub(super) fn displayed([r, g, b, alpha]: [f32; 4]) -> [f64; 4] {
+    let straight = if alpha > 0.0 { 1.0 / f64::from(alpha) } else { 0.0 };
     let [r, g, b] = [r, g, b].map(|c| srgb_encode((f64::from(c) * straight).clamp(0.0, 1.0)));
     [r, g, b, f64::from(alpha).clamp(0.0, 1.0)]
 }

@@ -41,6 +41,11 @@ impl Provenance {
         Provenance { facts: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect() }
     }
 
+    /// The facts that [`Provenance::to_json`] gave elsewhere.
+    pub fn from_facts(facts: Map<String, Value>) -> Self {
+        Provenance { facts }
+    }
+
     /// Adds a fact, or replaces one.
     #[must_use]
     pub fn with(mut self, key: &str, value: Value) -> Self {
@@ -86,14 +91,19 @@ pub fn settings(scene: &PreparedScene) -> Value {
     })
 }
 
-/// Shares of the throughput that started.
+/// Shares of the throughput that started, to seven significant digits: the account is added up in the order in which
+/// passes and machines come to an end, and what that leaves in the last digits of a double must not show.
 pub fn energy(energy: &Energy) -> Value {
-    let share = |part: f64| if energy.started > 0.0 { part / energy.started } else { 0.0 };
+    let share = |part: f64| if energy.started > 0.0 { rounded(part / energy.started) } else { 0.0 };
     json!({
-        "dropped": energy.dropped_share(),
+        "dropped": rounded(energy.dropped_share()),
         "dropped_depth": share(energy.dropped_depth),
         "dropped_threshold": share(energy.dropped_threshold),
         "left_at_limit": share(energy.left_at_limit),
         "lost": share(energy.lost),
     })
+}
+
+fn rounded(share: f64) -> f64 {
+    format!("{share:.6e}").parse().unwrap_or(share)
 }

@@ -11,7 +11,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 /// The text of a scene and where it stands.
 #[derive(Clone, Copy)]
-pub(super) struct Document<'a> {
+pub(crate) struct Document<'a> {
     pub path: &'a Path,
     pub text: &'a str,
 }
@@ -48,7 +48,7 @@ fn unknown_key(key: &str, valid: &[&str], place: &str) -> String {
 }
 
 /// One table, and the keys of it that were asked for.
-pub(super) struct Fields<'a> {
+pub(crate) struct Fields<'a> {
     pub document: Document<'a>,
     /// As a person would write it: `[camera]`.
     pub name: String,
@@ -147,7 +147,7 @@ impl<'a> Fields<'a> {
 }
 
 /// `"'a', 'b' and 'c'"`.
-pub(super) fn either(keys: &[&str]) -> String {
+pub(crate) fn either(keys: &[&str]) -> String {
     let quoted: Vec<String> = keys.iter().map(|k| format!("'{k}'")).collect();
     match quoted.split_last() {
         Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
@@ -156,7 +156,7 @@ pub(super) fn either(keys: &[&str]) -> String {
 }
 
 /// One value, with its key.
-pub(super) struct Entry<'a> {
+pub(crate) struct Entry<'a> {
     pub document: Document<'a>,
     pub key: String,
     /// The table it stands in.
@@ -207,6 +207,19 @@ impl<'a> Entry<'a> {
     /// `N` finite numbers.
     pub fn vector<const N: usize>(&self, expected: &str) -> Result<[f64; N], Error> {
         self.numbers(expected)?.try_into().map_err(|_| self.refuse(expected))
+    }
+
+    /// The values of a list, each under this key.
+    pub fn list(&self, expected: &str) -> Result<Vec<Entry<'a>>, Error> {
+        let list = self.value.get_ref().as_array().ok_or_else(|| self.refuse(expected))?;
+        let entry = |value: &'a Spanned<DeValue<'a>>| Entry {
+            document: self.document,
+            key: self.key.clone(),
+            table: self.table.clone(),
+            at: value.span().start,
+            value,
+        };
+        Ok(list.iter().map(entry).collect())
     }
 
     /// A whole number that `T` can hold.

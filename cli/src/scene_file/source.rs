@@ -33,7 +33,7 @@ impl AsRef<[u8]> for Contents {
 
 impl Sources {
     pub fn new(text: &str, folder: &Path) -> Self {
-        let mut hash = Hash(Sha256::new());
+        let mut hash = Hash::new();
         hash.add(text.as_bytes());
         Sources {
             folder: folder.to_owned(),
@@ -84,20 +84,35 @@ impl Sources {
 }
 
 /// SHA-256 over parts, each preceded by its length, so that no two inputs run into each other.
-pub(super) struct Hash(Sha256);
+pub(crate) struct Hash(Sha256);
 
 impl Hash {
-    fn add(&mut self, part: &[u8]) {
+    /// Of nothing yet.
+    pub fn new() -> Self {
+        Hash(Sha256::new())
+    }
+
+    /// One more part.
+    pub fn add(&mut self, part: &[u8]) {
         self.0.update((part.len() as u64).to_le_bytes());
         self.0.update(part);
     }
 
     /// In hexadecimal.
     pub fn finish(self) -> String {
-        self.0.finalize().iter().fold(String::new(), |mut text, byte| {
-            // Writing to a string cannot fail.
-            let _ = write!(text, "{byte:02x}");
-            text
-        })
+        hexadecimal(&self.0.finalize())
     }
+}
+
+/// SHA-256 of a file's bytes and nothing else, as `sha256sum` prints it.
+pub(crate) fn sha256(bytes: &[u8]) -> String {
+    hexadecimal(&Sha256::digest(bytes))
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::new(), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
 }

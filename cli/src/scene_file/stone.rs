@@ -1,13 +1,12 @@
 //! `[[stone]]`.
 
 use super::fields::{Entry, Fields, either};
-use super::material::{self, Materials};
+use super::material::Materials;
 use super::source::Sources;
 use crate::{Error, import};
 use spectral_core::Warning;
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::Stone;
-use spectral_core::settings::RenderSettings;
 use spectral_core::shape::ShapeSpec;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -15,33 +14,29 @@ use std::sync::Arc;
 
 const FORMS: [&str; 3] = ["cut", "mesh", "shape"];
 
-pub(super) fn read(
-    root: &Fields,
-    sources: &mut Sources,
-    settings: &RenderSettings,
-) -> Result<Vec<Stone>, Error> {
-    let materials = material::read(root, sources, settings)?;
+pub(super) fn read(root: &Fields, materials: &Materials, sources: &mut Sources) -> Result<Vec<Stone>, Error> {
     let Some(entry) = root.get("stone") else { return Ok(Vec::new()) };
     let mut shelf = Shelf::default();
     let tables = entry.tables("[[stone]]")?;
-    tables
-        .iter()
-        .enumerate()
-        .map(|(number, fields)| stone(number + 1, fields, &materials, sources, &mut shelf))
-        .collect()
+    let mut stones = Vec::new();
+    for (number, fields) in tables.iter().enumerate() {
+        stones.extend(stone(number + 1, fields, materials, sources, &mut shelf)?);
+    }
+    Ok(stones)
 }
 
+/// A stone, or its copies.
 fn stone(
     number: usize,
     fields: &Fields,
     materials: &Materials,
     sources: &mut Sources,
     shelf: &mut Shelf,
-) -> Result<Stone, Error> {
+) -> Result<Vec<Stone>, Error> {
     // A misspelt key is told before whatever its absence would lead to.
     let own = fields.get("name").map(|e| e.text("a name for messages")).transpose()?;
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
-    let (priority, material) = (fields.get("priority"), fields.get("material"));
+    let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
     let form = fields.one_of(&FORMS)?;
     fields.finish()?;
     let missing = |what: &str| fields.error(format!("[[stone]] {number} needs {what}"));
@@ -54,12 +49,6 @@ fn stone(
     let label = own.map_or_else(|| format!("stone {number} ({source})"), str::to_owned);
     let mut stone = Stone::new(label, mesh, materials.get(&material)?);
     stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
-    if let Some(entry) = rotation {
-        stone.rotation = entry.vector("three angles [x, y, z], degrees")?.into();
-    }
-    if let Some(entry) = position {
-        stone.position = entry.vector("three numbers [x, y, z], mm")?.into();
-    }
     if let Some(entry) = priority {
         stone.priority = entry.whole("a whole number")?;
     }
@@ -67,9 +56,45 @@ fn stone(
         let message = format!("{} has no width: its design's own unit is taken for 1 mm", stone.name);
         sources.warn(vec![Warning::new(message)]);
     }
+    let Some(copies) = copies else {
+        place(&mut stone, fields, [rotation.as_ref(), position.as_ref()])?;
+        return Ok(vec![stone]);
+    };
+    if let Some(entry) = rotation.or(position) {
+        let key = entry.key;
+        return Err(
+            copies.error(format!("[[stone]] {number} has both 'at' and '{key}'; give '{key}' in 'at'"))
+        );
+    }
+    copies_of(&stone, &copies)
+}
+
+/// Where a stone stands.
+fn place(stone: &mut Stone, fields: &Fields, [rotation, position]: [Option<&Entry>; 2]) -> Result<(), Error> {
+    if let Some(entry) = rotation {
+        stone.rotation = entry.vector("three angles [x, y, z], degrees")?.into();
+    }
+    if let Some(entry) = position {
+        stone.position = entry.vector("three numbers [x, y, z], mm")?.into();
+    }
     // Preparation places it again; here the complaint has a line.
-    stone.check_place().map_err(|e| fields.blame(e))?;
-    Ok(stone)
+    stone.check_place().map_err(|e| fields.blame(e))
+}
+
+/// `at = [{ position = […], rotation = […] }, …]`: the same stone in several places, one mesh for all.
+fn copies_of(stone: &Stone, entry: &Entry) -> Result<Vec<Stone>, Error> {
+    let places = entry.tables("at = [{ position = [0, 0, 0], rotation = [0, 0, 0] }, …]")?;
+    if places.is_empty() {
+        return Err(entry.refuse("at least one { position, rotation }"));
+    }
+    let copy = |(number, fields): (usize, &Fields)| {
+        let (rotation, position) = (fields.get("rotation"), fields.get("position"));
+        fields.finish()?;
+        let mut copy = Stone { name: format!("{}, copy {}", stone.name, number + 1), ..stone.clone() };
+        place(&mut copy, fields, [rotation.as_ref(), position.as_ref()])?;
+        Ok(copy)
+    };
+    places.iter().enumerate().map(copy).collect()
 }
 
 /// `shape = "step"`, or with parameters `shape = { name = "step", … }`.

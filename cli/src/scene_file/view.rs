@@ -1,9 +1,10 @@
 //! `[camera]` and `[film]`.
 
-use super::fields::{Fields, either};
+use super::fields::{Entry, Fields, either};
 use crate::Error;
 use glam::DVec3;
 use spectral_core::camera::{Camera, Projection};
+use spectral_core::color::srgb_decode;
 use spectral_core::scene::Background;
 
 const DEFAULT_FOV: f64 = 14.0;
@@ -15,6 +16,8 @@ pub(super) struct View<'a> {
     pub width: u32,
     pub height: u32,
     pub background: Background,
+    /// The colour past the stones, linear sRGB, if it is one.
+    pub backdrop: Option<[f64; 3]>,
     camera_fields: Fields<'a>,
     film_fields: Option<Fields<'a>>,
 }
@@ -37,11 +40,11 @@ pub(super) fn read<'a>(root: &Fields<'a>) -> Result<View<'a>, Error> {
         root.need("camera", "a table with at least 'position' and 'look_at'")?.fields("[camera]")?;
     let camera = camera(&camera_fields)?;
     let film_fields = root.get("film").map(|entry| entry.fields("[film]")).transpose()?;
-    let (width, height, background) = match &film_fields {
+    let (width, height, (background, backdrop)) = match &film_fields {
         Some(fields) => film(fields)?,
-        None => (DEFAULT_SIZE, DEFAULT_SIZE, Background::default()),
+        None => (DEFAULT_SIZE, DEFAULT_SIZE, (Background::default(), None)),
     };
-    Ok(View { camera, width, height, background, camera_fields, film_fields })
+    Ok(View { camera, width, height, background, backdrop, camera_fields, film_fields })
 }
 
 fn camera(fields: &Fields) -> Result<Camera, Error> {
@@ -63,26 +66,49 @@ fn camera(fields: &Fields) -> Result<Camera, Error> {
     Ok(Camera { position, look_at, up, projection })
 }
 
-fn film(fields: &Fields) -> Result<(u32, u32, Background), Error> {
+fn film(fields: &Fields) -> Result<(u32, u32, Behind), Error> {
     let edge = |key| {
         let expected = "a whole number of pixels, from 1 to 65536";
         fields.get(key).map_or(Ok(DEFAULT_SIZE), |entry| entry.whole(expected))
     };
     let (width, height) = (edge("width")?, edge("height")?);
-    const BACKGROUNDS: [&str; 2] = ["environment", "transparent"];
-    let background = match fields.get("background") {
-        None => Background::default(),
-        Some(entry) => {
-            let names = format!("one of {}", either(&BACKGROUNDS));
-            match entry.text(&names)? {
-                "environment" => Background::Environment,
-                "transparent" => Background::Transparent,
-                other => {
-                    return Err(entry.error(spectral_core::Error::unknown("background", other, BACKGROUNDS)));
-                }
-            }
-        }
-    };
+    let behind = fields.get("background").map_or(Ok(Behind::default()), |entry| background(&entry))?;
     fields.finish()?;
-    Ok((width, height, background))
+    Ok((width, height, behind))
+}
+
+/// What is rendered past the stones, and the colour that is put there afterwards.
+type Behind = (Background, Option<[f64; 3]>);
+
+const BACKGROUNDS: [&str; 2] = ["environment", "transparent"];
+
+fn background(entry: &Entry) -> Result<Behind, Error> {
+    let colour = "a colour: \"#rrggbb\" or three linear sRGB values [r, g, b]";
+    let expected = format!("one of {}, or {colour}", either(&BACKGROUNDS));
+    let Some(name) = entry.value.get_ref().as_str() else {
+        let rgb: [f64; 3] = entry.vector(&expected)?;
+        let shown = rgb.iter().all(|c| (0.0..=1e6).contains(c));
+        return if shown { Ok((Background::Transparent, Some(rgb))) } else { Err(entry.refuse(&expected)) };
+    };
+    match name {
+        "environment" => Ok((Background::Environment, None)),
+        "transparent" => Ok((Background::Transparent, None)),
+        hex if hex.starts_with('#') => {
+            let rgb =
+                encoded(hex).ok_or_else(|| entry.refuse("a colour \"#rrggbb\", two digits 0 to f each"))?;
+            Ok((Background::Transparent, Some(rgb)))
+        }
+        other => {
+            let unknown = spectral_core::Error::unknown("background", other, BACKGROUNDS);
+            Err(entry.error(format!("{unknown}, or {colour}")))
+        }
+    }
+}
+
+/// Linear sRGB of `#rrggbb`.
+fn encoded(hex: &str) -> Option<[f64; 3]> {
+    let digits =
+        hex.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|b| b.is_ascii_hexdigit()))?;
+    let number = u32::from_str_radix(digits, 16).ok()?;
+    Some([16, 8, 0].map(|shift| srgb_decode(f64::from(number >> shift & 0xff) / 255.0)))
 }

@@ -36,7 +36,7 @@ pub(super) fn image() -> LatLong {
             texels.push(radiance(azimuth, elevation).map(|c| c as f32));
         }
     }
-    LatLong { width: WIDTH, height: HEIGHT, texels }
+    LatLong { width: WIDTH, height: HEIGHT, sky: [WIDTH, HEIGHT], texels }
 }
 
 fn radiance(azimuth: f64, elevation: f64) -> [f64; 3] {

@@ -36,6 +36,18 @@ pub struct Scene {
     pub builder_scale: f32,
     /// What a texel of the image is to be multiplied by.
     pub gain: f32,
+    /// z of the diffuse ground, mm, local.
+    pub ground_height: f32,
+    /// Columns and rows of the image that are lights; the ground's picture begins in the row after.
+    pub sky: [u32; 2],
+    /// Where the ground's first texel lies, mm, local.
+    pub ground_low: [f32; 2],
+    /// The ground's texels a mm; 0 where there is no ground.
+    pub ground_per_mm: f32,
+    /// The last of the ground's texels that has a next, as a number.
+    pub ground_last: f32,
+    /// The least slope of rays that see the ground.
+    pub grazing: f32,
     /// Nothing.
     pub padding: u32,
 }

@@ -31,36 +31,50 @@ fn texel(x: u32, y: u32) -> vec3<f32> {
     return textureLoad(environment, vec2(x, y), 0).rgb;
 }
 
-// The value at image coordinates `u` (periodic) and `v` (clamped).
-fn bilinear(u: f32, v: f32) -> vec3<f32> {
-    let size = textureDimensions(environment);
+// Between four texels, of which `a` is the first.
+fn between(a: vec2<u32>, b: vec2<u32>, share: vec2<f32>) -> vec3<f32> {
+    let first = texel(a.x, a.y);
+    let left = texel(a.x, b.y);
+    let top = first + (texel(b.x, a.y) - first) * share.x;
+    let bottom = left + (texel(b.x, b.y) - left) * share.x;
+    return top + (bottom - top) * share.y;
+}
+
+// The lights at image coordinates `u` (periodic) and `v` (clamped).
+fn sky_rgb(u: f32, v: f32) -> vec3<f32> {
+    let size = scene.sky;
     let x = (u - floor(u)) * f32(size.x) - 0.5;
     let y = clamp(v * f32(size.y) - 0.5, 0.0, f32(size.y - 1u));
     let x0 = floor(x);
     let y0 = floor(y);
-    let fx = x - x0;
-    let fy = y - y0;
     // x0 runs from −1 to width − 1 (to width where u rounds up to 1).
     let i = u32(i32(x0) + i32(size.x)) % size.x;
     let i1 = select(i + 1u, 0u, i + 1u == size.x);
     let j = u32(y0);
     let j1 = min(j + 1u, size.y - 1u);
-    let a = texel(i, j);
-    let b = texel(i1, j);
-    let c = texel(i, j1);
-    let d = texel(i1, j1);
-    let top = a + (b - a) * fx;
-    let bottom = c + (d - c) * fx;
-    return top + (bottom - top) * fy;
+    return between(vec2(i, j), vec2(i1, j1), vec2(x - x0, y - y0));
 }
 
-// Linear sRGB from a unit direction.
-fn light_rgb(direction: vec3<f32>) -> vec3<f32> {
+// What a ray sees of the ground that goes down: the twin of `environment/ground.rs`.
+fn ground_rgb(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+    let along = (origin.z - scene.ground_height) / max(-direction.z, scene.grazing);
+    let place = (origin.xy + direction.xy * along - scene.ground_low) * scene.ground_per_mm;
+    let at = clamp(place, vec2(0.0), vec2(scene.ground_last + 1.0));
+    let corner = min(floor(at), vec2(scene.ground_last));
+    let first = vec2<u32>(corner) + vec2(0u, scene.sky.y);
+    return between(first, first + 1u, at - corner);
+}
+
+// Linear sRGB seen from a point in a unit direction.
+fn light_rgb(origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
     if scene.image == 0u {
         return scene.light;
+    }
+    if scene.ground_per_mm > 0.0 && direction.z < 0.0 {
+        return ground_rgb(origin, direction) * scene.gain;
     }
     let u = turns(direction.x, direction.y) + scene.turn;
     // acos(z), without its loss of digits near the poles.
     let v = 2.0 * turns(length(direction.xy), direction.z);
-    return bilinear(u, v) * scene.gain;
+    return sky_rgb(u, v) * scene.gain;
 }

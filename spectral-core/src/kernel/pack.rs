@@ -7,7 +7,8 @@ use super::{
 };
 use crate::{
     Error,
-    environment::Source,
+    camera::CameraRay,
+    environment::{Environment, Ground, Source},
     film::Tile,
     prepare::{Geometry, Nest, PreparedScene, SpectralTable},
     scene::Background,
@@ -83,6 +84,25 @@ pub fn scene(scene: &PreparedScene) -> Scene {
         builder_scale: 1.0,
         gain: 1.0,
         padding: 0,
+        ..below(&scene.environment)
+    }
+}
+
+/// Where the lights end in the image, and where the ground's picture lies.
+fn below(environment: &Environment) -> Scene {
+    let sky = match &environment.source {
+        Source::Image(image) => image.sky(),
+        Source::Uniform(_) => [1; 2],
+    };
+    let block = Scene { sky, ..Scene::default() };
+    let Some(ground) = environment.ground.as_deref() else { return block };
+    Scene {
+        ground_low: ground.low().map(|v| v as f32),
+        ground_height: ground.height as f32,
+        ground_per_mm: (1.0 / ground.step()) as f32,
+        ground_last: (ground.edge() - 2) as f32,
+        grazing: Ground::GRAZING as f32,
+        ..block
     }
 }
 
@@ -124,9 +144,9 @@ fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
     vectors
 }
 
-fn background(scene: &PreparedScene, direction: glam::DVec3) -> [f32; 3] {
+fn background(scene: &PreparedScene, ray: &CameraRay) -> [f32; 3] {
     match scene.background {
-        Background::Environment => scene.environment.rgb(direction).map(|c| c as f32),
+        Background::Environment => scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32),
         Background::Transparent => [0.0; 3],
     }
 }
@@ -148,7 +168,7 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
                     first_line: sample % scene.tables.len() as u32 * lines,
                     direction: ray.direction.as_vec3().to_array(),
                     near: u32::from(near.is_some()),
-                    background: background(scene, ray.direction),
+                    background: background(scene, &ray),
                     padding: 0,
                 });
             }

@@ -25,6 +25,18 @@ struct Scene {
     builder_scale: f32,
     // What a texel of the image is to be multiplied by.
     gain: f32,
+    // z of the diffuse ground.
+    ground_height: f32,
+    // Columns and rows of the image that are lights; the ground's picture begins in the row after.
+    sky: vec2<u32>,
+    // Where the ground's first texel lies.
+    ground_low: vec2<f32>,
+    // The ground's texels a mm; 0 where there is no ground.
+    ground_per_mm: f32,
+    // The last of the ground's texels that has a next.
+    ground_last: f32,
+    // The least slope of rays that see the ground.
+    grazing: f32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

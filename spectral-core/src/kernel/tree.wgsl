@@ -18,6 +18,8 @@ struct Interface {
 struct Outcome {
     // Weight of the radiance from a direction; 0 for none.
     weight: f32,
+    // Where it leaves the stones, and which way.
+    origin: vec3<f32>,
     direction: vec3<f32>,
     goes_on: bool,
     ray: Ray,
@@ -49,7 +51,7 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
         crossing = surfaces_next(ray.origin, ray.direction, ray.nest);
     }
     (*walk).account.rays++;
-    var outcome = Outcome(0.0, ray.direction, false, ray, false, ray);
+    var outcome = Outcome(0.0, ray.origin, ray.direction, false, ray, false, ray);
     if crossing.found {
         (*walk).covered = 1u;
         walk_arrive(walk, crossing, line, &outcome);
@@ -64,7 +66,7 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
     if outcome.weight > 0.0 {
         var rgb = background;
         if (*walk).covered != 0u {
-            rgb = light_rgb(outcome.direction);
+            rgb = light_rgb(outcome.origin, outcome.direction);
         }
         (*walk).sum += line_expand(line, rgb) * outcome.weight;
     }
@@ -116,6 +118,7 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     let mirrored = reflected(ray.direction, normal);
     let onward = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n / other.n);
     if at_limit {
+        (*outcome).origin = origin;
         walk_at_limit(walk, ray, crossing, other.k > 0.0, at.event.tir, shares.back, mirrored, onward, outcome);
         return;
     }

@@ -26,7 +26,7 @@ macro_rules! files {
     };
 }
 
-const FILES: [(&str, &str); 31] = files![
+const FILES: [(&str, &str); 33] = files![
     "amethyst",
     "aquamarine",
     "beryl",
@@ -34,6 +34,7 @@ const FILES: [(&str, &str); 31] = files![
     "blue-zircon",
     "chrysoberyl",
     "citrine",
+    "copper",
     "corundum",
     "cubic-zirconia",
     "demantoid",
@@ -47,6 +48,7 @@ const FILES: [(&str, &str); 31] = files![
     "pink-tourmaline",
     "platinum",
     "quartz",
+    "rose-gold",
     "ruby",
     "rutile",
     "sapphire",

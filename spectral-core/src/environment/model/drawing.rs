@@ -25,7 +25,7 @@ pub(super) fn zones(model: &LightModel) -> LatLong {
             [zone(model, top, bottom, &edges).map(|c| c as f32); COLUMNS as usize]
         })
         .collect();
-    LatLong { width: COLUMNS, height: rows, texels }
+    LatLong { width: COLUMNS, height: rows, sky: [COLUMNS, rows], texels }
 }
 
 /// The mean over a ring between two angles from +z, piece by piece between the edges in it: Gauss's rule of two points
@@ -72,7 +72,7 @@ pub(super) fn texels(model: &LightModel) -> LatLong {
         }
         above = below;
     }
-    LatLong { width: WIDTH, height: HEIGHT, texels }
+    LatLong { width: WIDTH, height: HEIGHT, sky: [WIDTH, HEIGHT], texels }
 }
 
 /// The mean over the texel whose top left corner is (x, y), each of its points with the area that it stands for.

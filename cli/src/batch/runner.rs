@@ -1,0 +1,409 @@
+//! A plan carried out: what is missing or has changed, item by item.
+
+use super::manifest::{self, Done, FileRecord, Line, Manifest, Seconds};
+use super::{Item, Plan, Shard, merge};
+use crate::commands::Console;
+use crate::output::{self, Picture, Provenance, Target};
+use crate::progress::Board;
+use crate::registry::{Candidates, Choice};
+use crate::rendering::{self, Rendered, Watch};
+use crate::scene_file::{self, LoadedScene};
+use crate::{Error, commands::devices};
+use serde_json::json;
+use spectral_core::film::Film;
+use spectral_core::prepare::PreparedScene;
+use spectral_core::scene::Background;
+use spectral_core::tracer::{OpenOptions, Progress};
+use std::collections::HashMap;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// Where a plan is carried out, and how much of it.
+#[derive(Debug, Clone)]
+pub struct Place {
+    /// The folder for pictures and manifests; made if it is not there.
+    pub output: PathBuf,
+    /// The share of the items to render.
+    pub shard: Shard,
+    /// Worker threads; `None` takes one a core. The pictures are the same for any number.
+    pub threads: Option<usize>,
+}
+
+/// What became of a plan.
+#[derive(Debug, Clone, Default)]
+pub struct Summary {
+    /// Items in the shard.
+    pub items: usize,
+    /// Of those, the ones that were there already.
+    pub kept: usize,
+    /// The ones rendered now.
+    pub rendered: usize,
+    /// The ones that failed, each with the reason.
+    pub failed: Vec<(String, Error)>,
+    /// Whether somebody asked to stop; what was in the works is then neither rendered nor failed.
+    pub interrupted: bool,
+    /// Why not all of this is in the manifest.
+    pub unrecorded: Option<Error>,
+    /// How long it took.
+    pub elapsed: Duration,
+}
+
+impl Summary {
+    /// What the whole comes to: an interruption, or the items that failed.
+    pub fn failure(&self) -> Option<Error> {
+        if self.interrupted {
+            return Some(Error::Interrupted);
+        }
+        let Some((first, error)) = self.failed.first() else { return self.unrecorded.clone() };
+        let mut message = match self.failed.len() {
+            1 => format!("item '{first}' failed: {error}"),
+            n => format!("{n} of {} items failed, the first of them '{first}': {error}", self.items),
+        };
+        if let Some(error) = &self.unrecorded {
+            message += &format!("; and not all of this is recorded: {error}");
+        }
+        Some(Error::Items(message))
+    }
+}
+
+/// Renders the items of a shard that are not there yet, and records each in the manifest. An item is there if a manifest
+/// of the folder says that it was made from the same scene and the same files, and its pictures are what they were.
+///
+/// An item that fails is recorded, and the next one begun. The first candidate renders everything; if it fails, the next
+/// one carries on, with this item and all that follow.
+///
+/// # Errors
+/// [`Error::Output`] where the folder or the manifest cannot be written to at all. Everything else is in the summary.
+pub fn run(
+    plan: &Plan,
+    place: &Place,
+    candidates: Candidates,
+    console: &mut Console,
+) -> Result<Summary, Error> {
+    let start = Instant::now();
+    let folder = &place.output;
+    std::fs::create_dir_all(folder)
+        .map_err(|e| Error::output(folder, format!("this folder cannot be made ({e})")))?;
+    write_plan(plan, folder)?;
+    let manifest = Manifest::open(folder, place.shard)?;
+    console.interrupt.heed();
+    if place.shard.is_whole() {
+        merge::remove_leftovers(folder);
+    }
+    let (todo, items) = remaining(plan, place)?;
+    output::remove_leftovers(&todo.iter().flat_map(|task| task.files(plan, folder)).collect::<Vec<_>>());
+
+    let kept = items - todo.len();
+    if kept > 0 {
+        console.say(format_args!("{kept} of {items} pictures are there already"));
+    }
+    let board = Board::new(items as u64, kept as u64, console.quiet);
+    let devices = Devices { current: None, rest: candidates };
+    let mut worker = Worker { plan, place, manifest, devices, console, board, digests: HashMap::new() };
+    let mut summary = Summary { items, kept, ..Summary::default() };
+    for task in &todo {
+        if worker.console.interrupt.is_requested() {
+            summary.interrupted = true;
+            break;
+        }
+        match worker.work(task) {
+            Ok(()) => summary.rendered += 1,
+            Err(Error::Interrupted) => summary.interrupted = true,
+            Err(error) => summary.failed.push((task.item.name.clone(), error)),
+        }
+    }
+    summary.unrecorded = worker.manifest.flush().err();
+    summary.elapsed = start.elapsed();
+    Ok(summary)
+}
+
+/// Says what belongs into the folder; a file that says so already stays, since other shards write the same.
+fn write_plan(plan: &Plan, folder: &Path) -> Result<(), Error> {
+    let (path, text) = (folder.join(Plan::FILE), plan.to_json()?.to_string() + "\n");
+    match std::fs::read_to_string(&path) {
+        Ok(there) if there == text => output::check(&path),
+        _ => output::write_text(&path, &text).map(drop),
+    }
+}
+
+/// An item to be rendered.
+struct Task<'a> {
+    item: &'a Item,
+    identity: String,
+}
+
+impl Task<'_> {
+    fn files(&self, plan: &Plan, folder: &Path) -> Vec<PathBuf> {
+        plan.files(self.item).map(|(name, _)| folder.join(name)).collect()
+    }
+}
+
+/// What the manifests do not have, and the number of items of the shard.
+fn remaining<'a>(plan: &'a Plan, place: &Place) -> Result<(Vec<Task<'a>>, usize), Error> {
+    let known = manifest::read_all(&place.output)?;
+    let mut inputs = HashMap::new();
+    let (mut todo, mut items) = (Vec::new(), 0);
+    for (number, item) in plan.items().iter().enumerate() {
+        if !place.shard.has(number) {
+            continue;
+        }
+        items += 1;
+        let identity = plan.identity(item)?;
+        let lines = known.get(&item.name).map_or(&[][..], Vec::as_slice);
+        let there = lines.iter().any(|line| match line {
+            Line::Done(done) => done.identity == identity && is_there(done, plan, place, &mut inputs),
+            _ => false,
+        });
+        if !there {
+            todo.push(Task { item, identity });
+        }
+    }
+    Ok((todo, items))
+}
+
+/// Whether all that a line tells of is still so. Inputs are looked at once: many items share them.
+fn is_there(done: &Done, plan: &Plan, place: &Place, inputs: &mut HashMap<FileKey, bool>) -> bool {
+    let unchanged = |record: &FileRecord, inputs: &mut HashMap<FileKey, bool>| {
+        let key = (record.path.clone(), record.sha256.clone());
+        *inputs.entry(key).or_insert_with(|| record.holds(&plan.folder().join(&record.path)))
+    };
+    done.inputs.iter().all(|record| unchanged(record, inputs))
+        && done.outputs.iter().all(|record| record.holds(&place.output.join(&record.path)))
+}
+
+/// A file's name and the contents that it should have.
+type FileKey = (String, String);
+
+/// The device that renders, and those that may take its place.
+struct Devices {
+    current: Option<Choice>,
+    rest: Candidates,
+}
+
+impl Iterator for &mut Devices {
+    type Item = Choice;
+
+    fn next(&mut self) -> Option<Choice> {
+        self.current.take().or_else(|| self.rest.next())
+    }
+}
+
+/// Does one item after the other.
+struct Worker<'a, 'b> {
+    plan: &'a Plan,
+    place: &'a Place,
+    manifest: Manifest,
+    devices: Devices,
+    console: &'a mut Console<'b>,
+    board: Board,
+    /// Records of the inputs read so far.
+    digests: HashMap<PathBuf, FileRecord>,
+}
+
+impl Worker<'_, '_> {
+    /// Renders an item and records what became of it.
+    fn work(&mut self, task: &Task) -> Result<(), Error> {
+        let (item, identity) = (task.item.name.clone(), task.identity.clone());
+        self.board.begin(&item);
+        self.record(&Line::Started { item: item.clone(), identity: identity.clone() });
+        let outcome = self.make(task);
+        let (line, told) = match &outcome {
+            Ok(done) => (Line::Done(Box::new(done.clone())), told(done)),
+            Err(Error::Interrupted) => return Err(Error::Interrupted),
+            Err(error) => {
+                let (message, exit_code) = (error.to_string(), error.exit_code());
+                let told = format!("failed: {message}");
+                (
+                    Line::Failed {
+                        item: item.clone(),
+                        identity,
+                        values: task.item.values.clone(),
+                        message,
+                        exit_code,
+                    },
+                    told,
+                )
+            }
+        };
+        self.record(&line);
+        let place = self.board.end();
+        let console = &mut *self.console;
+        self.board.aside(|| console.say(format_args!("{place} {item}: {told}")));
+        outcome.map(|_| ())
+    }
+
+    /// A line that cannot be written waits; the run goes on, and the summary tells if it never could.
+    fn record(&mut self, line: &Line) {
+        if let Err(error) = self.manifest.append(line) {
+            let console = &mut *self.console;
+            self.board.aside(|| console.warn(error));
+        }
+    }
+
+    fn make(&mut self, task: &Task) -> Result<Done, Error> {
+        let start = Instant::now();
+        let item = task.item;
+        let targets = self.targets(item)?;
+        let text = self.plan.scene_text(item)?;
+        let name = PathBuf::from(&item.name);
+        let mut loaded = scene_file::parse(&text, &name, self.plan.folder()).map_err(plainly)?;
+        let scene = Arc::new(PreparedScene::new(&loaded.scene, &loaded.settings)?);
+        loaded.scene.stones = Vec::new();
+        let inputs = loaded.files.iter().map(|path| self.input(path)).collect::<Result<Vec<_>, _>>()?;
+        let warnings = loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
+        let mut film = Film::new(&scene);
+        let rendered = self.trace(&scene, &mut film)?;
+        let outputs = self.write(item, &targets, &film, &scene, &loaded, &rendered)?;
+        let report = &rendered.traced;
+        Ok(Done {
+            item: item.name.clone(),
+            identity: task.identity.clone(),
+            values: item.values.clone(),
+            inputs,
+            outputs,
+            scene_hash: loaded.hash,
+            settings: output::settings(&scene),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            devices: rendered.devices.iter().map(devices::describe).collect(),
+            choice: rendered.reason,
+            rays: report.rays,
+            energy: output::energy(&report.energy),
+            seconds: Seconds {
+                total: start.elapsed().as_secs_f64(),
+                build: report.build.as_secs_f64(),
+                trace: report.trace.as_secs_f64(),
+            },
+            warnings,
+        })
+    }
+
+    /// The item's files, which can be written as far as can be known before.
+    fn targets(&self, item: &Item) -> Result<Vec<Target>, Error> {
+        let target = |(name, _)| {
+            let path = self.place.output.join(name);
+            if let Some(folder) = path.parent() {
+                std::fs::create_dir_all(folder)
+                    .map_err(|e| Error::output(folder, format!("this folder cannot be made ({e})")))?;
+            }
+            let target = Target::new(path)?;
+            target.check()?;
+            Ok(target)
+        };
+        self.plan.files(item).map(target).collect()
+    }
+
+    /// The record of a file that a scene has named.
+    fn input(&mut self, path: &Path) -> Result<FileRecord, Error> {
+        if let Some(known) = self.digests.get(path) {
+            return Ok(known.clone());
+        }
+        let told = path.strip_prefix(self.plan.folder()).unwrap_or(path);
+        let record = FileRecord::of(&told.to_string_lossy().replace('\\', "/"), path)?;
+        self.digests.insert(path.to_owned(), record.clone());
+        Ok(record)
+    }
+
+    fn trace(&mut self, scene: &Arc<PreparedScene>, film: &mut Film) -> Result<Rendered, Error> {
+        let options = OpenOptions { threads: self.place.threads, ..OpenOptions::default() };
+        let (console, board) = (&mut *self.console, &self.board);
+        let mut onlooker = Onlooker { console, board, chosen: None, told: Instant::now() };
+        let fresh = self.devices.current.is_none();
+        let mut rendered = rendering::render(&mut self.devices, scene, film, &options, &mut onlooker);
+        let chosen = onlooker.chosen;
+        if let (true, Some(choice)) = (fresh, &chosen) {
+            board.aside(|| console.say(&choice.reason));
+        }
+        // Where all have failed, the last is asked again for the next item: it may have been this one's fault.
+        let none = chosen.is_none();
+        self.devices.current = chosen;
+        match rendered.failure.take() {
+            Some(error) => Err(error),
+            None if rendered.traced.finished => Ok(rendered),
+            None if none => {
+                Err(Error::Render { device: "auto".to_owned(), message: "no device is left".to_owned() })
+            }
+            None => Err(Error::Interrupted),
+        }
+    }
+
+    fn write(
+        &self,
+        item: &Item,
+        targets: &[Target],
+        film: &Film,
+        scene: &PreparedScene,
+        loaded: &LoadedScene,
+        rendered: &Rendered,
+    ) -> Result<Vec<FileRecord>, Error> {
+        let options = self.plan.pictures();
+        let provenance =
+            Provenance::new(&item.name, &loaded.hash, scene, &rendered.devices, &rendered.traced, false)
+                .with("space", options.space.name().into())
+                .with("exposure", json!(options.exposure));
+        let picture = Picture {
+            film,
+            space: options.space,
+            depth: options.depth,
+            exposure: options.exposure,
+            transparent: scene.background == Background::Transparent,
+            backdrop: loaded.backdrop,
+            wavelengths: if scene.settings.spectral { scene.settings.wavelengths.nm() } else { &[] },
+            provenance: &provenance,
+        };
+        let names = self.plan.files(item).map(|(name, _)| name);
+        let write = |(target, name): (&Target, String)| {
+            output::write(target, &picture)?;
+            FileRecord::of(&name, target.path())
+        };
+        targets.iter().zip(names).map(write).collect()
+    }
+}
+
+/// The scene of an item is in no file: what is wrong with it has no line to look at.
+fn plainly(error: Error) -> Error {
+    match error {
+        Error::Scene { message, .. } => Error::Item(message),
+        other => other,
+    }
+}
+
+fn told(done: &Done) -> String {
+    let dropped = done.energy.get("dropped").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
+    let time = Duration::from_secs_f64(done.seconds.total);
+    let (time, dropped) = (crate::commands::figure::seconds(time), crate::commands::figure::percent(dropped));
+    format!("{time}, {dropped} of the energy dropped")
+}
+
+/// How often a picture in the works is told of where no bar shows it.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+struct Onlooker<'a, 'b, 'c> {
+    console: &'a mut Console<'b>,
+    board: &'c Board,
+    /// The device that renders now.
+    chosen: Option<Choice>,
+    told: Instant,
+}
+
+impl Watch for Onlooker<'_, '_, '_> {
+    fn chosen(&mut self, choice: &Choice) {
+        self.chosen = Some(choice.clone());
+    }
+
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        self.board.set(progress.done, progress.total);
+        if !self.board.is_visible() && self.told.elapsed() > PATIENCE {
+            self.told = Instant::now();
+            let share = 100.0 * progress.done as f64 / progress.total.max(1) as f64;
+            self.console.say(format_args!("{} {share:.0} %", self.board.current()));
+        }
+        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    fn replaced(&mut self, message: &str) {
+        let console = &mut *self.console;
+        self.board.aside(|| console.warn(message));
+    }
+}

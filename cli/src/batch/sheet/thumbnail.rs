@@ -1,0 +1,64 @@
+//! A picture, small, inside a page.
+
+use crate::batch::manifest::{Done, FileRecord};
+use crate::output::Format;
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
+use image::{ImageFormat, Rgba, RgbaImage, imageops};
+use spectral_core::color::srgb_encode;
+use std::io::Cursor;
+use std::path::Path;
+
+/// The longest edge, pixels; smaller pictures stay as they are.
+const EDGE: u32 = 256;
+
+/// An item's picture as a `data:` address: its PNG if it has one, else its EXR, clipped.
+///
+/// # Errors
+/// Why there is none, for people.
+pub fn of(folder: &Path, done: &Done) -> Result<String, String> {
+    let file = |format: Format| {
+        let extension = format!(".{}", format.extension());
+        done.outputs.iter().find(|file| file.path.ends_with(&extension))
+    };
+    let picture = match (file(Format::Png), file(Format::Exr)) {
+        (Some(png), _) => read_png(&folder.join(&png.path)).map_err(|e| complaint(png, &e))?,
+        (None, Some(exr)) => read_exr(&folder.join(&exr.path)).map_err(|e| complaint(exr, &e))?,
+        (None, None) => return Err("no picture".to_owned()),
+    };
+    let (width, height) = picture.dimensions();
+    let longest = width.max(height);
+    let small = if longest > EDGE {
+        let edge = |pixels: u32| (u64::from(pixels) * u64::from(EDGE) / u64::from(longest)).max(1) as u32;
+        imageops::thumbnail(&picture, edge(width), edge(height))
+    } else {
+        picture
+    };
+    let mut bytes = Cursor::new(Vec::new());
+    small.write_to(&mut bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes.into_inner())))
+}
+
+fn complaint(file: &FileRecord, error: &str) -> String {
+    format!("{} cannot be shown: {error}", file.path)
+}
+
+fn read_png(path: &Path) -> Result<RgbaImage, String> {
+    let bytes = crate::import::read_file(path).map_err(|e| e.to_string())?;
+    let picture = image::load_from_memory_with_format(&bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
+    Ok(picture.to_rgba8())
+}
+
+/// Linear premultiplied floats, shown as the PNG of the same picture would be.
+fn read_exr(path: &Path) -> Result<RgbaImage, String> {
+    let create = |size: exr::math::Vec2<usize>, _: &_| RgbaImage::new(size.0 as u32, size.1 as u32);
+    let set = |picture: &mut RgbaImage, at: exr::math::Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
+        let straight = |c: f32| if a > 0.0 { f64::from(c / a) } else { 0.0 };
+        let shown = |c: f32| (255.0 * srgb_encode(straight(c).clamp(0.0, 1.0))).round() as u8;
+        let alpha = (255.0 * a.clamp(0.0, 1.0)).round() as u8;
+        picture.put_pixel(at.0 as u32, at.1 as u32, Rgba([shown(r), shown(g), shown(b), alpha]));
+    };
+    let image =
+        exr::prelude::read_first_rgba_layer_from_file(path, create, set).map_err(|e| e.to_string())?;
+    Ok(image.layer_data.channel_data.pixels)
+}

@@ -1,0 +1,174 @@
+//! `gemtrace turntable` and `gemtrace tilt`.
+
+use super::still::{Means, Studio};
+use super::{Console, Report, batch};
+use crate::batch::{Item, Pictures, Place, Plan, Portion, plain};
+use crate::output::{Format, animation};
+use crate::scene_file::{self, Draft};
+use crate::sequence::Motion;
+use crate::{Error, output, registry};
+use serde_json::{Map, json};
+use std::path::{Path, PathBuf};
+
+/// What turntables and tilts have in common.
+#[derive(Debug, Clone, clap::Args)]
+pub struct Frames {
+    /// The scene file (TOML).
+    pub scene: PathBuf,
+    /// How many frames.
+    #[arg(long, value_name = "N", default_value_t = 36, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+    /// Write the frames into this folder, which is made if need be [default: the scene's name with -turntable or
+    /// -tilt].
+    #[arg(short, long, value_name = "FOLDER")]
+    pub output: Option<PathBuf>,
+    /// Render the i-th of n shares of the frames only; auto: the one that Slurm or Kubernetes says, else all.
+    #[arg(long, value_name = "I/N", default_value = "auto")]
+    pub shard: Portion,
+    /// Write each frame as EXR, too.
+    #[arg(long)]
+    pub exr: bool,
+    /// Write all frames as one animated PNG, alpha included.
+    #[arg(long, value_name = "FILE")]
+    pub apng: Option<PathBuf>,
+    /// Write all frames as one MP4 (H.264; what is transparent over black); needs ffmpeg.
+    #[arg(long, value_name = "FILE")]
+    pub mp4: Option<PathBuf>,
+    /// Frames a second of the animated files.
+    #[arg(long, value_name = "N", default_value_t = 25, value_parser = clap::value_parser!(u16).range(1..=240))]
+    pub fps: u16,
+    /// The ffmpeg to encode MP4 with.
+    #[arg(long, value_name = "PROGRAM", default_value = "ffmpeg")]
+    pub ffmpeg: PathBuf,
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "clap would print it as the command's own description")]
+    pub means: Means,
+}
+
+/// Arguments of `turntable`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct TurntableArgs {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "as above")]
+    pub frames: Frames,
+}
+
+/// Arguments of `tilt`.
+#[derive(Debug, Clone, clap::Args)]
+pub struct TiltArgs {
+    #[command(flatten)]
+    #[allow(missing_docs, reason = "as above")]
+    pub frames: Frames,
+    /// The angles of the first and the last frame, degrees; positive: what is upright in the picture comes towards
+    /// the eye.
+    #[arg(long, value_name = "FROM..TO", default_value = "-30..30", allow_hyphen_values = true, value_parser = parse_range)]
+    pub range: [f64; 2],
+}
+
+/// Renders a turn of all stones about +z.
+///
+/// # Errors
+/// As [`tilt`].
+pub fn turntable(args: &TurntableArgs, console: &mut Console) -> Result<Report, Error> {
+    run(&args.frames, Motion::Turntable, console)
+}
+
+/// Renders a tilt of all stones about the camera's horizontal axis.
+///
+/// # Errors
+/// [`Error`] of the scene or the outputs, before the first ray. Frames that failed, an interruption and an animation that
+/// could not be written are told in the report's `failure`; what was rendered is there, and the same command goes on from
+/// it (see [`crate::batch`]).
+pub fn tilt(args: &TiltArgs, console: &mut Console) -> Result<Report, Error> {
+    let [from, to] = args.range;
+    run(&args.frames, Motion::Tilt { from, to }, console)
+}
+
+fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, Error> {
+    let shard = args.shard.resolve()?;
+    let candidates = registry::choose(&args.means.backend, args.means.device)?;
+    // As it stands: its faults have the file's lines, those of a frame have none.
+    let mut first = scene_file::load(&args.scene)?;
+    first.warnings.iter().for_each(|warning| console.warn(warning));
+    Studio::new(&args.means)?.prepare(&mut first)?;
+    drop(first);
+    let draft = Draft::read(&args.scene)?;
+    let folder = args.output.clone().unwrap_or_else(|| format!("{}-{}", draft.stem(), motion.name()).into());
+    args.apng.iter().chain(&args.mp4).try_for_each(|path| output::check(path))?;
+    let plan = plan(args, motion, &draft)?;
+    let place = Place { output: folder.clone(), shard, threads: args.means.threads.map(|n| n as usize) };
+    let mut report = batch::render(&plan, &place, candidates, console)?;
+    let pngs: Vec<PathBuf> =
+        plan.items().iter().map(|item| folder.join(format!("{}.png", item.name))).collect();
+    if report.failure.is_none() {
+        if shard.is_whole() {
+            animate(args, &pngs, &mut report);
+        } else if args.apng.is_some() || args.mp4.is_some() {
+            console.say(
+                "animations are of all frames: once they are there, give the same command without --shard",
+            );
+        }
+    }
+    let angles: Vec<f64> = (0..args.frames).map(|i| motion.angle(i, args.frames)).collect();
+    let names: Vec<String> = pngs.iter().map(|path| path.display().to_string()).collect();
+    report.json["motion"] = json!(motion.name());
+    report.json["frames"] = json!(names);
+    report.json["angles"] = json!(angles);
+    Ok(report)
+}
+
+/// The frames as pictures of a batch.
+fn plan(args: &Frames, motion: Motion, draft: &Draft) -> Result<Plan, Error> {
+    let stem = plain(&draft.stem());
+    let item = |i| Item {
+        name: motion.frame_name(&stem, i, args.frames),
+        values: Map::from_iter([("angle".to_owned(), json!(motion.angle(i, args.frames)))]),
+        scene: motion.frame(draft, i, args.frames).table,
+    };
+    let mut pictures = Pictures { exposure: args.means.exposure, ..Pictures::default() };
+    if args.exr {
+        pictures.formats.push(Format::Exr);
+    }
+    let folder = draft.path.parent().unwrap_or(Path::new("")).to_owned();
+    let title = format!("{} of {}", motion.name(), draft.name());
+    let plan = Plan::new(title, folder, (0..args.frames).map(item).collect(), pictures)?;
+    plan.with_film(args.means.size, &args.means.effort)
+}
+
+/// Makes the animations that were asked for.
+fn animate(args: &Frames, pngs: &[PathBuf], report: &mut Report) {
+    let apng = args.apng.as_ref().map(|path| (path, animation::apng(pngs, args.fps, path)));
+    let mp4 = args.mp4.as_ref().map(|path| (path, animation::mp4(pngs, args.fps, path, &args.ffmpeg)));
+    for (path, outcome) in apng.into_iter().chain(mp4) {
+        match outcome {
+            Ok(()) => report.text += &format!(", {}", path.display()),
+            Err(error) => report.failure = report.failure.take().or(Some(error)),
+        }
+    }
+}
+
+/// "-30..30".
+fn parse_range(text: &str) -> Result<[f64; 2], String> {
+    let ends = text
+        .split_once("..")
+        .filter(|(_, to)| !to.starts_with('.'))
+        .map(|(from, to)| (from.trim().parse::<f64>(), to.trim().parse::<f64>()));
+    match ends {
+        Some((Ok(from), Ok(to))) if from.abs() <= 360.0 && to.abs() <= 360.0 => Ok([from, to]),
+        _ => Err("give two angles in degrees, such as -30..30".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_have_two_ends() {
+        assert_eq!(parse_range("-30..30"), Ok([-30.0, 30.0]));
+        assert_eq!(parse_range("10.5 .. -4"), Ok([10.5, -4.0]));
+        for bad in ["30", "a..b", "-30...30", "0..361", "nan..1"] {
+            assert!(parse_range(bad).is_err(), "{bad}");
+        }
+    }
+}

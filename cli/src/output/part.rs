@@ -1,0 +1,208 @@
+//! A share of a picture on its way from one machine to another: some rows of a film, with all that is needed to write
+//! the picture once the others are there.
+//!
+//! The file is an OpenEXR of those rows alone, one below the other, in 32-bit floats without loss: the sums `X`, `Y`, `Z`
+//! and `coverage`, the number of `samples`, and for spectral films the sums of radiance, `S0000`, `S0001` and so on. The
+//! attribute `gemtrace.part` holds a [`Header`] as JSON.
+
+use super::{Depth, file};
+use crate::Error;
+use exr::meta::attribute::AttributeValue;
+use exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
+    LineOrder, Text, Vec2, WritableImage, read_first_flat_layer_from_file,
+};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+use spectral_core::film::{Film, PixelSums};
+use spectral_core::tracer::{DeviceInfo, Energy, TraceReport};
+use std::path::Path;
+
+const ATTRIBUTE: &str = "gemtrace.part";
+
+/// What a part says of itself and of its picture.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Header {
+    /// Which share this is, such as "3/8".
+    pub shard: String,
+    /// The same in all shares of a picture.
+    pub picture: PictureHeader,
+    /// What was done for this share.
+    pub work: Work,
+}
+
+/// How the picture is to be written.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PictureHeader {
+    /// Columns of the picture.
+    pub width: u32,
+    /// Rows of the picture.
+    pub height: u32,
+    /// Wavelengths that the film keeps, nm; none unless it is spectral.
+    pub spectral: Vec<f64>,
+    /// The colour space's name.
+    pub space: String,
+    /// Bits a channel of the PNG.
+    pub bits: u32,
+    /// Stops that the PNG is brightened by.
+    pub exposure: f64,
+    /// Whether alpha is coverage.
+    pub transparent: bool,
+    /// The colour behind what is transparent, linear sRGB.
+    pub backdrop: Option<[f64; 3]>,
+    /// The files to be written, from the folder of the part on.
+    pub outputs: Vec<String>,
+    /// The picture's provenance but for what depends on the [`Work`].
+    pub facts: Map<String, Value>,
+}
+
+/// What a machine did.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Work {
+    /// Backend, name and driver of the devices, in order.
+    pub devices: Vec<[String; 3]>,
+    /// Segments traced.
+    pub rays: u64,
+    /// [`Energy`]: started, dropped by depth and by threshold, left at the limit, lost.
+    pub energy: [f64; 5],
+}
+
+impl Work {
+    /// The work that a report tells of.
+    pub fn new(devices: &[DeviceInfo], report: &TraceReport) -> Self {
+        let facts = |d: &DeviceInfo| [d.backend.to_owned(), d.name.clone(), d.driver.clone()];
+        let e = &report.energy;
+        let energy = [e.started, e.dropped_depth, e.dropped_threshold, e.left_at_limit, e.lost];
+        Work { devices: devices.iter().map(facts).collect(), rays: report.rays, energy }
+    }
+
+    /// Adds another machine's.
+    pub fn add(&mut self, other: &Work) {
+        for device in &other.devices {
+            if !self.devices.contains(device) {
+                self.devices.push(device.clone());
+            }
+        }
+        self.rays += other.rays;
+        self.energy.iter_mut().zip(other.energy).for_each(|(sum, part)| *sum += part);
+    }
+
+    /// The account of the energy.
+    pub fn energy(&self) -> Energy {
+        let [started, dropped_depth, dropped_threshold, left_at_limit, lost] = self.energy;
+        Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost }
+    }
+}
+
+/// The number of bits that a PNG has, and back.
+pub fn bits(depth: Depth) -> u32 {
+    match depth {
+        Depth::Eight => 8,
+        Depth::Sixteen => 16,
+    }
+}
+
+/// Writes the rows of a film.
+///
+/// # Errors
+/// [`Error::Output`] if the file cannot be written.
+pub fn write(path: &Path, header: &Header, film: &Film, rows: &[u32]) -> Result<u64, Error> {
+    let text = serde_json::to_string(header).map_err(|e| Error::output(path, e))?;
+    let pixels = || rows.iter().flat_map(|y| (0..film.width()).map(move |x| (x, *y)));
+    let floats =
+        |value: &dyn Fn(u32, u32) -> f32| FlatSamples::F32(pixels().map(|(x, y)| value(x, y)).collect());
+    let mut channels = vec![
+        AnyChannel::new("X", floats(&|x, y| film.sums(x, y).xyz[0])),
+        AnyChannel::new("Y", floats(&|x, y| film.sums(x, y).xyz[1])),
+        AnyChannel::new("Z", floats(&|x, y| film.sums(x, y).xyz[2])),
+        AnyChannel::new("coverage", floats(&|x, y| film.sums(x, y).coverage)),
+        AnyChannel::new(
+            "samples",
+            FlatSamples::U32(pixels().map(|(x, y)| film.sums(x, y).samples).collect()),
+        ),
+    ];
+    for k in 0..film.wavelength_count() {
+        channels.push(AnyChannel::new(spectral(k).as_str(), floats(&|x, y| film.radiance_sums(x, y)[k])));
+    }
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let mut attributes = LayerAttributes::default();
+    let value = AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()));
+    attributes.other.insert(Text::from_slice_unchecked(ATTRIBUTE.as_bytes()), value);
+    let size = Vec2(film.width() as usize, rows.len());
+    let image = Image::from_layer(Layer::new(
+        size,
+        attributes,
+        encoding,
+        AnyChannels::sort(channels.into_iter().collect()),
+    ));
+    file::write(path, |file| image.write().to_unbuffered(file).map_err(|e| e.to_string()))
+}
+
+fn spectral(k: usize) -> String {
+    format!("S{k:04}")
+}
+
+/// A part that has been read.
+#[derive(Debug, Clone)]
+pub struct Part {
+    /// What it says of itself.
+    pub header: Header,
+    layer: Layer<AnyChannels<FlatSamples>>,
+}
+
+/// Reads a part.
+///
+/// # Errors
+/// [`Error::File`] for a file that is no part of a picture, or not complete.
+pub fn read(path: &Path) -> Result<Part, Error> {
+    let refuse = |what: String| Error::file(path, format!("not a complete part of a picture: {what}"));
+    let image = read_first_flat_layer_from_file(path).map_err(|e| refuse(e.to_string()))?;
+    let layer = image.layer_data;
+    let name = Text::from_slice_unchecked(ATTRIBUTE.as_bytes());
+    let text = match layer.attributes.other.get(&name) {
+        Some(AttributeValue::Text(text)) => text.to_string(),
+        _ => return Err(refuse(format!("it has no attribute '{ATTRIBUTE}'"))),
+    };
+    let header = serde_json::from_str(&text).map_err(|e| refuse(format!("'{ATTRIBUTE}': {e}")))?;
+    Ok(Part { header, layer })
+}
+
+impl Part {
+    /// Puts its rows where they belong.
+    ///
+    /// # Errors
+    /// What does not fit, for people.
+    pub fn place(&self, film: &mut Film, rows: &[u32]) -> Result<(), String> {
+        let layer = &self.layer;
+        let Vec2(width, height) = layer.size;
+        if (width, height) != (film.width() as usize, rows.len()) {
+            let expected = format!("{} × {}", film.width(), rows.len());
+            return Err(format!("its size is {width} × {height} pixels, where {expected} are expected"));
+        }
+        let channel = |name: &str| {
+            let found = layer.channel_data.list.iter().find(|channel| channel.name.eq(name));
+            found.map(|channel| &channel.sample_data).ok_or_else(|| format!("it has no channel '{name}'"))
+        };
+        let floats = |name: &str| match channel(name)? {
+            FlatSamples::F32(values) => Ok(values.as_slice()),
+            _ => Err(format!("its channel '{name}' is not of 32-bit floats")),
+        };
+        let FlatSamples::U32(samples) = channel("samples")? else {
+            return Err("its channel 'samples' is not of whole numbers".to_owned());
+        };
+        let [x, y, z, coverage] = [floats("X")?, floats("Y")?, floats("Z")?, floats("coverage")?];
+        let planes =
+            (0..film.wavelength_count()).map(|k| floats(&spectral(k))).collect::<Result<Vec<_>, _>>()?;
+        for i in 0..width * height {
+            let sums = PixelSums { xyz: [x[i], y[i], z[i]], coverage: coverage[i], samples: samples[i] };
+            let radiance: Vec<f32> = planes.iter().map(|plane| plane[i]).collect();
+            let (column, row) = ((i % width) as u32, rows[i / width]);
+            film.set_sums(column, row, sums, &radiance).map_err(|e| e.to_string())?;
+        }
+        Ok(())
+    }
+}

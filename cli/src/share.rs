@@ -1,0 +1,231 @@
+//! One picture by many machines: each renders a share of its rows into a file, and the files are joined.
+//!
+//! A film adds up the samples of a pixel in their order, whoever asks for them, and a pixel depends on no other: so the
+//! picture that is joined is the one that a single machine would have made, bit for bit, where the devices calculate
+//! alike.
+
+use crate::batch::Shard;
+use crate::output::part::{self, Header, Part, PictureHeader, Work, bits};
+use crate::output::{self, Depth, Picture, Provenance, Target};
+use crate::{Error, import};
+use serde_json::Value;
+use spectral_core::color::RgbSpace;
+use spectral_core::film::{BLOCK, Film, PixelSums};
+use std::path::{Path, PathBuf};
+
+/// The rows of a picture that a shard renders: every so-manieth band, so that no machine gets all of the stone.
+///
+/// ```
+/// use gemtrace::{batch::Shard, share::Share};
+/// let shares = (0..3).map(|index| Share::new(Shard::new(index, 3).unwrap(), 50).unwrap());
+/// let mut rows: Vec<u32> = shares.flat_map(|share| share.rows()).collect();
+/// rows.sort();
+/// assert_eq!(rows, (0..50).collect::<Vec<u32>>());
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Share {
+    shard: Shard,
+    height: u32,
+    /// Rows of a band.
+    band: u32,
+}
+
+/// Rows of a band at most: what a tile has.
+///
+/// Bands are whole multiples of [`BLOCK`]: pixels that are judged together stay together.
+const BAND: u32 = 16;
+
+impl Share {
+    /// A shard's share of a picture of so many rows.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there are more shards than blocks of four rows.
+    pub fn new(shard: Shard, height: u32) -> Result<Self, Error> {
+        let blocks = height.div_ceil(BLOCK);
+        if shard.count() > blocks {
+            let message = format!(
+                "a picture of {height} rows, {blocks} blocks of {BLOCK}, cannot be shared out among {}",
+                shard.count()
+            );
+            return Err(Error::Usage(message));
+        }
+        // Four bands for each shard, if that leaves any blocks.
+        let band = BLOCK * (blocks / shard.count().saturating_mul(4)).clamp(1, BAND / BLOCK);
+        Ok(Share { shard, height, band })
+    }
+
+    /// The rows, from the top.
+    pub fn rows(self) -> Vec<u32> {
+        (0..self.height).filter(|row| self.shard.has((row / self.band) as usize)).collect()
+    }
+
+    /// Marks all other rows of a film as having their samples, so that only these are traced.
+    ///
+    /// # Errors
+    /// [`Error::Core`] for a film of another height.
+    pub fn reserve(self, film: &mut Film, samples: u32) -> Result<(), Error> {
+        let rows = self.rows();
+        let none = vec![0.0; film.wavelength_count()];
+        for y in (0..film.height()).filter(|y| rows.binary_search(y).is_err()) {
+            for x in 0..film.width() {
+                film.set_sums(x, y, PixelSums { samples, ..PixelSums::default() }, &none)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The file for a shard of a picture: beside it, `hall.part-3-of-8.exr`.
+pub fn part_path(picture: &Path, shard: Shard) -> PathBuf {
+    let stem = picture.file_stem().unwrap_or_default().to_string_lossy();
+    picture.with_file_name(format!("{stem}.part-{}-of-{}.exr", shard.index() + 1, shard.count()))
+}
+
+/// The picture's name without extension, and the shard, that a part's file name tells of.
+fn parse_name(name: &str) -> Option<(&str, Shard)> {
+    let (stem, numbers) = name.strip_suffix(".exr")?.rsplit_once(".part-")?;
+    let (index, count) = numbers.split_once("-of-")?;
+    Some((stem, Shard::new(index.parse::<u32>().ok()?.checked_sub(1)?, count.parse().ok()?)?))
+}
+
+/// Writes a shard's rows beside the picture that they belong to. Returns the file.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than blocks of rows.
+pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) -> Result<PathBuf, Error> {
+    let first = targets.first().map_or(Path::new("picture"), Target::path);
+    let path = part_path(first, shard);
+    let folder = first.parent().unwrap_or(Path::new(""));
+    let told =
+        |target: &Target| target.path().strip_prefix(folder).unwrap_or(target.path()).display().to_string();
+    let Value::Object(facts) = picture.provenance.to_json() else {
+        return Err(Error::output(path, "the picture's provenance is no object"));
+    };
+    let film = picture.film;
+    let header = Header {
+        shard: shard.to_string(),
+        picture: PictureHeader {
+            width: film.width(),
+            height: film.height(),
+            spectral: if film.wavelength_count() > 0 { picture.wavelengths.to_vec() } else { Vec::new() },
+            space: picture.space.name().to_owned(),
+            bits: bits(picture.depth),
+            exposure: picture.exposure,
+            transparent: picture.transparent,
+            backdrop: picture.backdrop,
+            outputs: targets.iter().map(told).collect(),
+            facts: facts.into_iter().map(blank).collect(),
+        },
+        work,
+    };
+    part::write(&path, &header, film, &Share::new(shard, film.height())?.rows())?;
+    Ok(path)
+}
+
+/// Facts of a picture's provenance that depend on who rendered it.
+const OF_WORK: [&str; 5] = ["backend", "device", "driver", "rays", "energy"];
+
+/// What depends on the work is left open, but keeps its place.
+fn blank((key, value): (String, Value)) -> (String, Value) {
+    let value = if OF_WORK.contains(&key.as_str()) { Value::Null } else { value };
+    (key, value)
+}
+
+/// The pictures of which a folder has parts: for each the stem of its name and the number of its shards.
+///
+/// # Errors
+/// [`Error::File`] if the folder cannot be read.
+pub fn pictures(folder: &Path) -> Result<Vec<(String, u32)>, Error> {
+    let refuse = |e: std::io::Error| Error::file(folder, format!("cannot be read: {e}"));
+    let mut found = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(refuse)? {
+        let name = entry.map_err(refuse)?.file_name();
+        if let Some((stem, shard)) = name.to_str().and_then(parse_name) {
+            found.push((stem.to_owned(), shard.count()));
+        }
+    }
+    found.sort();
+    found.dedup();
+    Ok(found)
+}
+
+/// Joins the parts of a picture and writes it where each of them would have. Returns the files.
+///
+/// # Errors
+/// [`Error::Items`] naming the shards that are missing; [`Error::File`] for a part that is not whole or is of another
+/// picture; [`Error::Output`] for a file that cannot be written.
+pub fn merge(folder: &Path, stem: &str, count: u32) -> Result<Vec<PathBuf>, Error> {
+    let shards: Vec<Shard> = (0..count).filter_map(|index| Shard::new(index, count)).collect();
+    let path = |shard: Shard| part_path(&folder.join(format!("{stem}.exr")), shard);
+    let missing: Vec<Shard> = shards.iter().copied().filter(|shard| !path(*shard).exists()).collect();
+    if let Some(first) = missing.first() {
+        let names: Vec<String> = missing.iter().map(ToString::to_string).collect();
+        let (names, file) = (names.join(", "), path(*first));
+        let message = format!("of '{stem}' these shards are missing: {names} (no {})", file.display());
+        return Err(Error::Items(message));
+    }
+    let mut joined: Option<(PictureHeader, Work, Film)> = None;
+    for shard in shards {
+        let path = path(shard);
+        let part = part::read(&path)?;
+        let (header, work, film) = match &mut joined {
+            Some(joined) => joined,
+            None => joined.insert(begin(&part).map_err(|e| Error::file(&path, e))?),
+        };
+        if *header != part.header.picture {
+            let message = format!("this is of another picture than shard 1/{count}; render it again");
+            return Err(Error::file(path, message));
+        }
+        work.add(&part.header.work);
+        let rows = Share::new(shard, film.height())?.rows();
+        part.place(film, &rows)
+            .map_err(|e| Error::file(&path, format!("not a complete part of a picture: {e}")))?;
+    }
+    joined.map_or(Ok(Vec::new()), |(header, work, film)| finish(folder, header, &work, &film))
+}
+
+fn begin(part: &Part) -> Result<(PictureHeader, Work, Film), Error> {
+    let header = part.header.picture.clone();
+    let film = Film::with_size(header.width, header.height, header.spectral.len())?;
+    Ok((header, Work::default(), film))
+}
+
+fn finish(folder: &Path, header: PictureHeader, work: &Work, film: &Film) -> Result<Vec<PathBuf>, Error> {
+    let PictureHeader { spectral, space, bits, exposure, transparent, backdrop, outputs, facts, .. } = header;
+    let all = |k: usize| work.devices.iter().map(|d| d[k].as_str()).collect::<Vec<_>>().join(" + ").into();
+    let mut provenance = Provenance::from_facts(facts);
+    let energy = output::energy(&work.energy());
+    for (key, value) in OF_WORK.into_iter().zip([all(0), all(1), all(2), work.rays.into(), energy]) {
+        provenance = provenance.with(key, value);
+    }
+    let picture = Picture {
+        film,
+        space: RgbSpace::by_name(&space)?,
+        depth: if bits == 16 { Depth::Sixteen } else { Depth::Eight },
+        exposure,
+        transparent,
+        backdrop,
+        wavelengths: &spectral,
+        provenance: &provenance,
+    };
+    let write = |name: &String| {
+        let target = Target::new(folder.join(name))?;
+        output::write(&target, &picture)?;
+        Ok(target.path().to_owned())
+    };
+    outputs.iter().map(write).collect()
+}
+
+/// The picture that a part's file belongs to: its folder, the stem of its name, and the number of shards.
+///
+/// # Errors
+/// [`Error::File`] for any other name.
+pub fn picture_of(part: &Path) -> Result<(PathBuf, String, u32), Error> {
+    let name = part.file_name().and_then(|name| name.to_str()).and_then(parse_name);
+    let expected = "neither a folder nor a part of a picture, such as hall.part-3-of-8.exr";
+    let (stem, shard) = name.ok_or_else(|| Error::file(part, expected))?;
+    if !part.exists() {
+        import::read_file(part)?;
+    }
+    Ok((part.parent().unwrap_or(Path::new("")).to_owned(), stem.to_owned(), shard.count()))
+}

@@ -1,0 +1,174 @@
+//! Items that fail cost nobody else anything, and are told by name.
+
+use super::support::{Workplace, pictures};
+use backend_cpu::CPU;
+use gemtrace::batch::manifest::Line;
+use gemtrace::batch::{self, Place, Shard, Summary, sweep};
+use gemtrace::{commands::Console, progress::Interrupt, registry};
+use spectral_core::tracer::{Backend, DeviceInfo};
+use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+fn failed(place: &Workplace) -> Vec<(String, String)> {
+    let failed = |line| match line {
+        Line::Failed { item, message, .. } => Some((item, message)),
+        _ => None,
+    };
+    place.lines("out").into_iter().filter_map(failed).collect()
+}
+
+#[test]
+fn one_broken_cut_among_fifty() {
+    let good = std::fs::read_to_string(
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
+            .join("../spectral-core/data/cuts/srb_diamond_57.asc"),
+    )
+    .unwrap();
+    let names: Vec<String> = (1..=50).map(|number| format!("\"cut{number}.asc\"")).collect();
+    let place = Workplace::with(&format!("format = 1\nbase = \"base.toml\"\ncuts = [{}]", names.join(", ")));
+    for number in 1..=50 {
+        // Cut off in the middle of a facet.
+        let text = if number == 23 { &good[..good.len() / 2] } else { &good };
+        place.write(&format!("cut{number}.asc"), text);
+    }
+    let report = place.batch("out", &["--size", "8x8"]).unwrap();
+    let failure = report.failure.unwrap();
+    assert_eq!(failure.exit_code(), 5);
+    let message = failure.to_string();
+    assert!(message.contains("item 'cut23' failed") && message.contains("cut23.asc"), "{message}");
+    assert_eq!((&report.json["rendered"], pictures(&place.path("out")).len()), (&49.into(), 49));
+    let failed = failed(&place);
+    assert!(failed.len() == 1 && failed[0].0 == "cut23" && failed[0].1.contains("cut23.asc"), "{failed:?}");
+    let page = std::fs::read_to_string(place.path("out/index.html")).unwrap();
+    assert!(page.contains("49 pictures of 50") && page.contains("cut23.asc"));
+    let message = place.merge(&["out"]).unwrap_err().to_string();
+    assert!(message.contains("1 of 50 items are missing") && message.contains("cut23: failed"), "{message}");
+
+    // Mended, it is the only one to be rendered.
+    place.write("cut23.asc", &good);
+    let report = place.batch("out", &["--size", "8x8"]).unwrap();
+    assert_eq!((report.failure, &report.json["rendered"]), (None, &1.into()));
+    place.merge(&["out"]).unwrap();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_costs_the_pictures_that_find_no_room() {
+    let place = Workplace::new();
+    std::fs::create_dir(place.path("out")).unwrap();
+    std::os::unix::fs::symlink("/dev/full", place.path("out/step-ruby-top.png")).unwrap();
+    let report = place.batch("out", &[]).unwrap();
+    let message = report.failure.unwrap().to_string();
+    let told = "item 'step-ruby-top' failed";
+    assert!(message.contains(told) && message.contains("No space left on device"), "{message}");
+    assert_eq!(report.json["rendered"], 11);
+    assert_eq!(report.json["failed"][0]["exit_code"], 4);
+    assert_eq!(failed(&place).len(), 1);
+    // There is room again.
+    std::fs::remove_file(place.path("out/step-ruby-top.png")).unwrap();
+    assert_eq!(place.batch("out", &[]).unwrap().json["rendered"], 1);
+}
+
+#[test]
+fn folders_that_cannot_be_written_are_told() {
+    // Whoever may do everything may write to a read-only folder; nobody can make a folder where a file is.
+    let place =
+        Workplace::with(&format!("{}\nname = \"{{cut}}/{{material}}-{{view}}\"", super::support::SWEEP));
+    place.write("file", "");
+    let message = place.batch("file", &[]).unwrap_err().to_string();
+    assert!(message.contains("file: this folder cannot be made"), "{message}");
+
+    std::fs::create_dir(place.path("out")).unwrap();
+    place.write("out/step", "");
+    let report = place.batch("out", &[]).unwrap();
+    assert_eq!((&report.json["rendered"], failed(&place).len()), (&6.into(), 6));
+    let message = report.failure.unwrap().to_string();
+    assert!(message.contains("6 of 12 items failed, the first of them 'step/diamond-top'"), "{message}");
+    std::fs::remove_file(place.path("out/step")).unwrap();
+    assert_eq!(place.batch("out", &[]).unwrap().failure, None);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_read_only_folder_is_refused_before_the_first_ray() {
+    use std::os::unix::fs::PermissionsExt as _;
+    let place = Workplace::new();
+    let folder = place.path("out");
+    std::fs::create_dir(&folder).unwrap();
+    std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o555)).unwrap();
+    // The superuser is not kept out.
+    if std::fs::write(folder.join("probe"), "").is_err() {
+        let error = place.batch("out", &[]).unwrap_err();
+        assert!(error.exit_code() == 4 && error.to_string().contains("cannot be written to"), "{error}");
+    }
+    std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o755)).unwrap();
+}
+
+#[test]
+fn a_scene_that_makes_no_sense_is_that_items_failure() {
+    let place = Workplace::with(
+        r#"
+        format = 1
+        base = "base.toml"
+        variants = [
+            { name = "plain", set = {} },
+            { name = "deep", set = { render = { max_depth = 0 } } },
+            { name = "slip", set = { render = { sampels = 4 } } },
+        ]
+        "#,
+    );
+    let report = place.batch("out", &[]).unwrap();
+    assert_eq!(report.json["rendered"], 1);
+    let failed = failed(&place);
+    assert!(failed[0].0 == "deep" && failed[0].1.contains("max_depth"), "{failed:?}");
+    assert!(failed[1].0 == "slip" && failed[1].1.contains("did you mean 'samples'?"), "{failed:?}");
+}
+
+/// How often [`CARD`] has been opened.
+static OPENED: AtomicU32 = AtomicU32::new(0);
+
+/// The processor under another name, which cannot be opened for the third picture and those after the sixth.
+const CARD: Backend = Backend {
+    name: "card",
+    devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
+    open: |device, scene, options| match OPENED.fetch_add(1, Relaxed) {
+        2 | 6.. => {
+            let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
+            Err(spectral_core::Error::Device { device, message })
+        }
+        _ => (CPU.open)(device, scene, options),
+    },
+    ..CPU
+};
+
+#[test]
+fn a_named_device_is_asked_again_for_every_picture() {
+    let place = Workplace::new();
+    let plan = sweep::load(&place.path("sweep.toml")).unwrap();
+    let run = |name: &str| -> (Summary, String) {
+        let candidates = registry::choose_among(&[CPU, CARD], name, None).unwrap();
+        let (mut log, interrupt) = (Vec::new(), Interrupt::default());
+        let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+        let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
+        let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
+        (summary, String::from_utf8(log).unwrap())
+    };
+    let (summary, log) = run("card");
+    assert_eq!((summary.rendered, summary.failed.len()), (5, 7), "{log}");
+    assert_eq!(summary.failed[0].1.to_string(), "card card: the device was lost");
+    assert!(log.contains("[3/12] round-brilliant-ruby-top: failed: card card: the device was lost"), "{log}");
+    let (summary, _) = run("cpu");
+    assert_eq!((summary.rendered, summary.kept, summary.failure()), (7, 5, None));
+}
+
+#[test]
+fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
+    let place = Workplace::new();
+    let plan = sweep::load(&place.path("sweep.toml")).unwrap();
+    let candidates = registry::choose("cpu", None).unwrap();
+    let (mut log, interrupt) = (Vec::new(), Interrupt::default());
+    interrupt.request();
+    let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+    let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
+    let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
+    assert_eq!((summary.rendered, summary.failure()), (0, Some(gemtrace::Error::Interrupted)));
+}

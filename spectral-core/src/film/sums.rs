@@ -1,0 +1,56 @@
+//! A film's sums pixel by pixel, as they leave one machine and reach another.
+
+use super::Film;
+use crate::Error;
+
+/// What the samples of a pixel add up to, but for its radiance.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PixelSums {
+    /// CIE XYZ, the sum over all samples.
+    pub xyz: [f32; 3],
+    /// How many samples met a stone.
+    pub coverage: f32,
+    /// Samples.
+    pub samples: u32,
+}
+
+impl Film {
+    /// The sums of a pixel. Panics outside the film.
+    ///
+    /// ```
+    /// use spectral_core::film::{Film, PixelSums};
+    /// let mut film = Film::with_size(2, 1, 0)?;
+    /// let sums = PixelSums { xyz: [0.5, 1.0, 0.25], coverage: 1.0, samples: 2 };
+    /// film.set_sums(1, 0, sums, &[])?;
+    /// assert_eq!((film.sums(1, 0), film.sums(0, 0)), (sums, PixelSums::default()));
+    /// assert_eq!(film.xyz(1, 0), [0.25, 0.5, 0.125]);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn sums(&self, x: u32, y: u32) -> PixelSums {
+        let i = self.index(x, y);
+        PixelSums { xyz: self.xyz[i], coverage: self.coverage[i], samples: self.samples[i] }
+    }
+
+    /// The sums of a pixel's radiance, one a wavelength; empty unless the film is spectral. Panics outside the film.
+    pub fn radiance_sums(&self, x: u32, y: u32) -> &[f32] {
+        let i = self.index(x, y);
+        &self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths]
+    }
+
+    /// Puts sums in place of a pixel's. A pixel that is given samples it does not have is left alone by
+    /// [`Tracer::trace`](crate::tracer::Tracer::trace), which is how a machine renders its share of a picture.
+    /// Panics outside the film.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for radiance of another number of wavelengths than the film keeps.
+    pub fn set_sums(&mut self, x: u32, y: u32, sums: PixelSums, radiance: &[f32]) -> Result<(), Error> {
+        if radiance.len() != self.wavelengths {
+            let expected = format!("{} wavelengths", self.wavelengths);
+            return Err(Error::value("radiance", radiance.len(), expected));
+        }
+        let i = self.index(x, y);
+        (self.xyz[i], self.coverage[i], self.samples[i]) = (sums.xyz, sums.coverage, sums.samples);
+        self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths].copy_from_slice(radiance);
+        Ok(())
+    }
+}
