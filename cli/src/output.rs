@@ -151,31 +151,40 @@ pub struct Picture<'a> {
 impl Picture<'_> {
     /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
     fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
-        let mut pixels = self.film.to_space(space);
-        let width = self.film.width() as usize;
-        let backdrop = self.backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            let sampled = || self.film.samples((i % width) as u32, (i / width) as u32) > 0;
-            let [colour @ .., alpha] = pixel;
-            colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
-            if let Some(behind) = backdrop.filter(|_| self.transparent && sampled()) {
-                let through = 1.0 - f64::from(*alpha);
-                colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
-                *alpha = 1.0;
-            } else if !self.transparent {
-                *alpha = f32::from(u8::from(sampled()));
-            }
-        }
-        pixels
+        pixels(self.film, self.transparent, self.backdrop, space, gain)
     }
 }
 
-impl Picture<'_> {
-    /// What a PNG shows in sRGB with 8 bits, straight alpha, row by row.
-    pub fn rgba(&self) -> Vec<[u8; 4]> {
-        let pixels = self.pixels(RgbSpace::Srgb, self.exposure.exp2());
-        pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
+/// What a PNG shows of a film, brightened by `exposure` stops, in sRGB with 8 bits and straight alpha, row by row;
+/// `transparent` and `backdrop` as in [`Picture`].
+pub fn rgba(film: &Film, transparent: bool, backdrop: Option<[f64; 3]>, exposure: f64) -> Vec<[u8; 4]> {
+    let pixels = pixels(film, transparent, backdrop, RgbSpace::Srgb, exposure.exp2());
+    pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
+}
+
+fn pixels(
+    film: &Film,
+    transparent: bool,
+    backdrop: Option<[f64; 3]>,
+    space: RgbSpace,
+    gain: f64,
+) -> Vec<[f32; 4]> {
+    let mut pixels = film.to_space(space);
+    let width = film.width() as usize;
+    let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        let sampled = || film.samples((i % width) as u32, (i / width) as u32) > 0;
+        let [colour @ .., alpha] = pixel;
+        colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
+        if let Some(behind) = backdrop.filter(|_| transparent && sampled()) {
+            let through = 1.0 - f64::from(*alpha);
+            colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
+            *alpha = 1.0;
+        } else if !transparent {
+            *alpha = f32::from(u8::from(sampled()));
+        }
     }
+    pixels
 }
 
 /// The space that a PNG is written in when `space` is asked for: sRGB where PNG has no name for it.

@@ -1,14 +1,13 @@
-//! Many pictures with the same means: what sequences and sheets are made of.
+//! Many pictures with the same means: what sheets are made of.
 
 use super::{Console, render};
 use crate::Error;
 use crate::effort::Effort;
-use crate::output::{self, Depth, Picture, Provenance, Target};
+use crate::output;
 use crate::progress::Bar;
 use crate::registry::{self, Candidates, Choice};
-use crate::rendering::{self, Rendered, Watch};
+use crate::rendering::{self, Watch};
 use crate::scene_file::LoadedScene;
-use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
@@ -55,10 +54,7 @@ pub struct Still {
     pub film: Film,
     /// What was rendered.
     pub scene: Arc<PreparedScene>,
-    /// How.
-    pub rendered: Rendered,
     backdrop: Option<[f64; 3]>,
-    hash: String,
 }
 
 impl<'a> Studio<'a> {
@@ -106,45 +102,15 @@ impl<'a> Studio<'a> {
         if !rendered.traced.finished {
             return Err(rendered.failure.unwrap_or(Error::Interrupted));
         }
-        Ok(Still { film, scene, rendered, backdrop: loaded.backdrop, hash: loaded.hash })
+        Ok(Still { film, scene, backdrop: loaded.backdrop })
     }
 }
 
 impl Still {
-    /// Writes the picture, in sRGB with 8 bits; `name` is the scene's for the header.
-    ///
-    /// # Errors
-    /// [`Error::Output`].
-    pub fn write(&self, targets: &[Target], name: &str, exposure: f64) -> Result<(), Error> {
-        let provenance = self.provenance(name, exposure);
-        targets
-            .iter()
-            .try_for_each(|target| output::write(target, &self.picture(&provenance, exposure)).map(drop))
-    }
-
     /// Encoded sRGB with straight alpha, row by row.
     pub fn rgba(&self, exposure: f64) -> Vec<[u8; 4]> {
-        self.picture(&self.provenance("", exposure), exposure).rgba()
-    }
-
-    fn provenance(&self, name: &str, exposure: f64) -> Provenance {
-        let Rendered { devices, traced, .. } = &self.rendered;
-        Provenance::new(name, &self.hash, &self.scene, devices, traced, false)
-            .with("space", RgbSpace::Srgb.name().into())
-            .with("exposure", exposure.into())
-    }
-
-    fn picture<'a>(&'a self, provenance: &'a Provenance, exposure: f64) -> Picture<'a> {
-        Picture {
-            film: &self.film,
-            space: RgbSpace::Srgb,
-            depth: Depth::Eight,
-            exposure,
-            transparent: self.scene.background == Background::Transparent,
-            backdrop: self.backdrop,
-            wavelengths: self.scene.settings.wavelengths.nm(),
-            provenance,
-        }
+        let transparent = self.scene.background == Background::Transparent;
+        output::rgba(&self.film, transparent, self.backdrop, exposure)
     }
 }
 
