@@ -22,7 +22,7 @@ impl RayPacket {
 }
 
 /// Where rays inside one convex stone leave it.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Exits {
     chain: Chain,
     instructions: Instructions,

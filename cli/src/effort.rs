@@ -9,7 +9,7 @@ use spectral_core::settings::{Quality, RenderSettings};
 /// use spectral_core::settings::{Quality, RenderSettings};
 /// let effort = Effort { quality: Some(Quality::Draft), samples: Some(4), tolerance: None };
 /// let settings = effort.over(&RenderSettings::default());
-/// assert_eq!((settings.samples, settings.wavelengths.len()), (4, 8));
+/// assert_eq!((settings.samples, settings.wavelengths.len()), (4, 16));
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default, clap::Args)]
 pub struct Effort {
@@ -92,9 +92,10 @@ mod tests {
             Effort { quality: Some(Quality::Normal), samples: Some(5), tolerance: Some(3.0) },
         ];
         let settings = |render: &toml::Table| {
-            let head =
-                "format = 1\n[camera]\nposition = [0, 0, 9]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\n[render]\n";
-            let text = format!("{head}{render}");
+            let camera = "format = 1\n[camera]\nposition = [0, 0, 9]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\n";
+            let mut scene: toml::Table = camera.parse().expect("a table");
+            scene.insert("render".into(), render.clone().into());
+            let text = scene.to_string();
             scene_file::parse(&text, Path::new("a.toml"), Path::new("")).expect("a valid scene").settings
         };
         for (render, effort) in renders.iter().flat_map(|render| efforts.map(|effort| (render, effort))) {

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import kernels
 import pictures
+import roofline
 import table
 from line import NotRun
 
@@ -72,7 +73,10 @@ def main():
     if "kernels" in wanted:
         bench.run("record", [options.peers, "record", options.work], options.core)
         bench.run("meshes", [options.peers, "meshes", options.work], options.core)
-        made["kernels"] = kernels.lines(*bench.rounds(kernels.measurements(options)))
+        results, failed = bench.rounds(kernels.measurements(options))
+        made["kernels"] = kernels.lines(results, failed)
+        if roofs := kernels.roofline(results):
+            table.replace(options.out / "roofline.svg", roofline.draw(roofs))
     made |= pictures.lines(bench, [peer for peer in pictures.PEERS if peer in wanted])
     table.write(options.out, made)
     # Times mean nothing on another machine or another day: they stay with the build.

@@ -14,6 +14,7 @@ SIDE = 4  # that the point is on the inner side of one side of the facet
 INCIDENCE = 6  # cos² beyond the surface and its root
 POLARIZED = 57  # the frame turned 37, the row times the matrix 20
 REFLECTED = 12  # direction 4, one Newton step 7, threshold 1
+TEXELS = 48  # Bytes of the four texels that a ray which leaves looks up; all else stays in the first cache.
 LEAVING = 116  # Fresnel's amplitudes 10, refraction 14, angles on the image 56, bilinear 18, spectrum 17, sum 1
 
 
@@ -22,7 +23,7 @@ class Comparison:
     """A line and the measurements it is made of; `same`: the first two must have the same results."""
 
     what: str
-    must: float
+    must: float | None
     aim: float | None
     names: list
     ratio: Callable
@@ -52,7 +53,8 @@ def measurements(options):
         Measurement("exits", [peers, "exits", "best", work]),
         Measurement("embree packets", [embree, "trace", brilliant, internal, "packets16"]),
         Measurement("embree single", [embree, "trace", brilliant, internal, "single"]),
-        Measurement("heap", [peers, "trace", heap, heap_rays]),
+        Measurement("heap", [peers, "heap", "best"]),
+        Measurement("bandwidth", [peers, "bandwidth"]),
         Measurement("embree heap", [embree, "trace", heap, heap_rays, "single"]),
         Measurement("torus", [peers, "trace", torus, torus_rays]),
         Measurement("embree torus", [embree, "trace", torus, torus_rays, "single", "robust"]),
@@ -65,6 +67,28 @@ def share_of_peak(render, baseline, peak):
     """Useful operations over those that the core could have done; both renderers meet the same surfaces."""
     events = baseline["events"] * (EXIT + SIDE * baseline["sides"] + INCIDENCE + POLARIZED + REFLECTED)
     return (events + baseline["leaving"] * LEAVING) / render["cpu"] / max(peak.values())
+
+
+def intersecting(exits, render, baseline):
+    """Time to intersect as many rays as a render has events, over that of the render."""
+    return exits["cpu"] / exits["rays"] * baseline["events"] / render["cpu"]
+
+
+def roofline(results):
+    """For the plot of roofs, or None where something was not measured: operations a second and a byte."""
+    names = ["peak", "bandwidth", "polarized", "avx2", "obvhs polarized"]
+    if not all(results.get(name) for name in names):
+        return None
+    peak, bandwidth, best, avx2, baseline = (results[name][-1] for name in names)
+    events = baseline["events"] * (EXIT + SIDE * baseline["sides"] + INCIDENCE + POLARIZED + REFLECTED)
+    operations = events + baseline["leaving"] * LEAVING
+    roof = max(peak.values())
+    return {
+        "intensity": operations / (baseline["leaving"] * TEXELS),
+        "points": {"gemtrace": operations / best["cpu"] / roof, "gemtrace, AVX2": operations / avx2["cpu"] / roof},
+        "roofs": {name: rate / roof for name, rate in peak.items()},
+        "slopes": {name: rate / roof for name, rate in bandwidth.items()},
+    }
 
 
 def agree(first, second, allowed=1e-3):
@@ -109,6 +133,10 @@ COMPARISONS = [
         "useful operations only, one each however simple, counted by hand: 88 and 4 for each side of the facet at a "
         "reflection, 116 more for a ray that leaves; the peak is that of the widest registers"),
     Comparison(
+        "Share of a render's time that goes to intersections", None, None, ["exits", "polarized", "obvhs polarized"],
+        intersecting, "of the first line's; the rest is shading, the look-up of lights and what wavelengths share",
+        better="less"),
+    Comparison(
         "AVX2 against AVX-512, speed", 0.6, 0.75, ["avx512", "avx2"], quotient,
         "the same program, told which to use"),
     Comparison(
@@ -117,7 +145,8 @@ COMPARISONS = [
     Comparison(
         "A million triangles of stones, internal rays, against Embree single rays",
         1.2, 2, ["embree heap", "heap"], quotient,
-        "4096 brilliants; gemtrace's mesh traversal, a ray at a time", same=True),
+        "4096 brilliants, separate and convex: a ray inside a stone knows in which, and meets its planes alone; Embree "
+        "is told nothing of the sort", same=True),
     Comparison(
         "Incoherent rays, a mesh of a million triangles, against Embree robust single rays",
         0.7, 1, ["embree torus", "torus"], quotient,

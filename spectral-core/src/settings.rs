@@ -79,10 +79,6 @@ pub struct RenderSettings {
     pub spectral: bool,
 }
 
-/// The wavelengths of every [`Quality`]. Eight carry every colour exactly and fill half a packet; as they move from
-/// sample to sample, more of them at the cost of samples make the picture worse.
-const WAVELENGTHS: usize = 8;
-
 impl RenderSettings {
     /// The most samples a pixel that are accepted.
     pub const MAX_SAMPLES: u32 = 65_536;
@@ -100,14 +96,15 @@ impl RenderSettings {
     /// ```
     #[must_use]
     pub fn at(&self, quality: Quality) -> Self {
-        let (samples, tolerance, max_depth, threshold) = match quality {
-            Quality::Draft => (1, 0.0, 24, 1e-2),
-            Quality::Normal => (243, 0.7, 64, 1e-4),
-            Quality::Final => (729, 0.3, 256, 1e-5),
+        // Sixteen wavelengths fill a packet of the processor's, so the single sample of a draft may as well have them.
+        // Samples move them, and then eight carry every colour exactly: more, at the cost of samples, are worse.
+        let (samples, count, tolerance, max_depth, threshold) = match quality {
+            Quality::Draft => (1, 16, 0.0, 24, 1e-2),
+            Quality::Normal => (243, 8, 0.7, 64, 1e-4),
+            Quality::Final => (729, 8, 0.3, 256, 1e-5),
         };
         let kept = self.spectral || !self.wavelengths.can_jitter();
-        let wavelengths =
-            if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(WAVELENGTHS) };
+        let wavelengths = if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(count) };
         RenderSettings { samples, tolerance, max_depth, threshold, wavelengths, ..self.clone() }
     }
 

@@ -21,7 +21,7 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
     }
     let mut jitter = None;
     if let Some(entry) = fields.get("wavelengths") {
-        (settings.wavelengths, jitter) = wavelengths(&entry)?;
+        (settings.wavelengths, jitter) = wavelengths(&entry, &settings.wavelengths)?;
     }
     if let Some(entry) = fields.get("jitter") {
         if jitter.is_some() {
@@ -66,13 +66,15 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
     Ok(settings)
 }
 
-/// The grid, and whether it says itself that it jitters.
-fn wavelengths<'a>(entry: &Entry<'a>) -> Result<(WavelengthGrid, Option<(bool, Entry<'a>)>), Error> {
+/// The grid, its count and range by default another's, and whether it says itself that it jitters.
+fn wavelengths<'a>(
+    entry: &Entry<'a>,
+    default: &WavelengthGrid,
+) -> Result<(WavelengthGrid, Option<(bool, Entry<'a>)>), Error> {
     let expected = "wavelengths: { count = 32, range = [380.0, 740.0] } or a list, nm";
     match entry.value.get_ref() {
         DeValue::Table(_) => {
             let fields = entry.fields("wavelengths")?;
-            let default = RenderSettings::default().at(Quality::default()).wavelengths;
             let count =
                 fields.get("count").map_or(Ok(default.len() as u32), |e| e.whole("a whole number"))?;
             let ends = "two wavelengths [from, to], nm";

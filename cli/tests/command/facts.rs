@@ -149,7 +149,7 @@ fn check_describes_a_scene_and_refuses_a_bad_one() {
     let report = command(&["check", &scene]).unwrap();
     assert_eq!(report.json["settings"]["width"], 24);
     assert_eq!(report.json["stones"][0]["material"], "diamond");
-    assert_eq!(report.json["film_bytes"], 24 * 16 * 20);
+    assert_eq!(report.json["film_bytes"], 24 * 16 * 32);
     assert!(report.text.starts_with("24 × 16 pixels, 4 samples each, 8 wavelengths from 380 to 740 nm"));
     std::fs::write(place.path("tiny.toml"), "format = 1\n[film]\nwidht = 3\n").unwrap();
     assert_eq!(command(&["check", &scene]).unwrap_err().exit_code(), 3);

@@ -45,6 +45,8 @@ fn run(arguments: &[&str]) -> Result<Value, Failure> {
         ["exits", instructions, folder] => {
             exits::measure(scene::instructions(instructions)?, Path::new(folder))
         }
+        ["heap", instructions] => exits::heap(scene::instructions(instructions)?),
+        ["bandwidth"] => Ok(peak::bandwidth()),
         ["meshes", folder] => meshes::write(Path::new(folder)),
         ["build", mesh] => meshes::build(Path::new(mesh)),
         ["trace", mesh, rays] => meshes::trace(Path::new(mesh), Path::new(rays)),

@@ -9,14 +9,17 @@ use accel::{BuildOptions, Bvh, Ray, testing};
 use cpu_time::ProcessTime;
 use glam::Vec3;
 use serde_json::{Value, json};
+use spectral_core::prepare::PreparedScene;
 use std::path::Path;
 
 /// Packets of incoherent rays.
 const RANDOM: usize = 1 << 15;
 /// Stones along each edge of the heap; a brilliant of some 250 triangles makes a million of them.
 const EDGE: usize = 16;
+/// Stones of the heap.
+pub const STONES: usize = EDGE.pow(3);
 /// Packets of internal rays in one stone before the next stone's turn.
-const STAY: usize = 32;
+pub const STAY: usize = 32;
 
 /// Writes a torus and a heap of brilliants of a million triangles each, with rays for them.
 pub fn write(folder: &Path) -> Result<Value, Failure> {
@@ -27,11 +30,9 @@ pub fn write(folder: &Path) -> Result<Value, Failure> {
     let scene = scene::prepared(Studio::Coloured, &scene::shallow("scalar")?)?;
     let (heap, middles) = heap(&record::mesh(&scene));
     store::write_mesh(&folder.join("heap.mesh"), &heap)?;
-    let mut packets = record::packets(&scene);
-    packets.truncate(RANDOM);
+    let mut packets = internal(&scene);
     for (group, packets) in packets.chunks_mut(STAY).enumerate() {
-        // A step that shares no factor with the number of stones visits them all in no order.
-        let middle = middles[group * 2_654_435_761 % middles.len()];
+        let middle = middles[stone(group)];
         for packet in packets {
             for axis in 0..3 {
                 packet.origin[axis].iter_mut().for_each(|x| *x += middle[axis]);
@@ -40,6 +41,18 @@ pub fn write(folder: &Path) -> Result<Value, Failure> {
     }
     store::write_packets(&folder.join("heap.rays"), &packets)?;
     Ok(json!({ "torus": torus.triangles.len(), "heap": heap.triangles.len() }))
+}
+
+/// The heap's rays, each in the coordinates of its own stone.
+pub fn internal(scene: &PreparedScene) -> Vec<Packet> {
+    let mut packets = record::packets(scene);
+    packets.truncate(RANDOM);
+    packets
+}
+
+/// The stone of a group of packets: a step that shares no factor with their number visits them all in no order.
+pub fn stone(group: usize) -> usize {
+    group * 2_654_435_761 % STONES
 }
 
 /// Rays from anywhere about the torus to anywhere.
@@ -59,7 +72,7 @@ fn heap(stone: &Triangles) -> (Triangles, Vec<Vec3>) {
     let step = 7.0;
     let mut heap = Triangles { positions: Vec::new(), triangles: Vec::new() };
     let mut middles = Vec::new();
-    for number in 0..EDGE.pow(3) {
+    for number in 0..STONES {
         let cell = [number % EDGE, number / EDGE % EDGE, number / EDGE / EDGE];
         let middle = Vec3::from(cell.map(|i| (i as f32 - EDGE as f32 / 2.0) * step));
         let first = heap.positions.len() as u32;

@@ -27,6 +27,28 @@ pub fn measure() -> Result<Value, Failure> {
     Err("peak rates are measured with AVX2 or AVX-512".into())
 }
 
+/// Bytes a second that the core reads, by where they lie: a block that fits the second cache, and one that fits none.
+pub fn bandwidth() -> Value {
+    let rate = |bytes: usize, passes: usize| {
+        let block = vec![1.0f32; bytes / size_of::<f32>()];
+        // As many sums as hide the latency of an addition.
+        let pass = || {
+            let mut sums = [0.0f32; 64];
+            for row in block.chunks_exact(sums.len()) {
+                sums.iter_mut().zip(row).for_each(|(sum, value)| *sum += value);
+            }
+            sums
+        };
+        black_box(pass());
+        let time = ProcessTime::now();
+        for _ in 0..passes {
+            black_box(pass());
+        }
+        (bytes * passes) as f64 / time.elapsed().as_secs_f64()
+    };
+    json!({ "second cache": rate(512 << 10, 4000), "memory": rate(1 << 30, 2) })
+}
+
 /// The rate of a task that makes `numbers` of them a step.
 #[cfg(target_arch = "x86_64")]
 fn rate(numbers: usize, task: impl Fn() -> f32) -> f64 {

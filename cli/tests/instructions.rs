@@ -1,0 +1,51 @@
+//! How many instructions a picture takes, against a figure that is kept here: time means nothing on a shared machine.
+//!
+//! Callgrind counts them; it knows no AVX-512, so this is the AVX2 form, in one thread. Installed by `test.sh`.
+#![cfg(all(target_os = "linux", target_arch = "x86_64"))]
+
+use std::path::Path;
+use std::process::Command;
+
+/// For `scenes/brilliant.toml` at draft quality, 512 × 512 pixels, by rustc 1.95.
+const INSTRUCTIONS: f64 = 1.0e9;
+/// Compilers and the C library differ by less; what changes more is a change of ours, to be looked at and noted here.
+const ALLOWED: f64 = 0.02;
+
+#[test]
+fn the_first_picture_takes_as_many_instructions_as_it_did() {
+    if std::env::var_os("REQUIRE_VALGRIND").is_none()
+        && Command::new("valgrind").arg("--version").output().is_err()
+    {
+        eprintln!("valgrind is not installed: nothing was counted");
+        return;
+    }
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folder = tempfile::tempdir().expect("a folder");
+    let output = Command::new("valgrind")
+        .args(["--tool=callgrind", "--callgrind-out-file=/dev/null"])
+        .arg(env!("CARGO_BIN_EXE_gemtrace"))
+        .args([
+            "render",
+            "--quality",
+            "draft",
+            "--size",
+            "512x512",
+            "--backend",
+            "cpu",
+            "--threads",
+            "1",
+            "-q",
+            "-o",
+        ])
+        .arg(folder.path().join("a.exr"))
+        .arg(root.join("scenes/brilliant.toml"))
+        .output()
+        .expect("valgrind starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}");
+    let collected = said.lines().find_map(|line| line.split_once("Collected : ")).expect("a count").1;
+    let found: f64 = collected.trim().parse().expect("a number");
+    let ratio = found / INSTRUCTIONS;
+    println!("{found} instructions, {ratio:.4} of {INSTRUCTIONS}");
+    assert!((ratio - 1.0).abs() <= ALLOWED, "{found} instructions, {ratio:.4} of the {INSTRUCTIONS} noted");
+}
