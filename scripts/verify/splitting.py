@@ -18,6 +18,10 @@ AIR = -1
 STEP = 1e-6
 TRIES = 8
 CHUNK = 1 << 20
+# Exchanging s and p turns a Mueller matrix M into F M F with F = diag(1, −1, −1, 1), in any frame, since F commutes with
+# rotations. Along a whole path these F cancel: exchanged everywhere, s and p give the same intensities (as E and H do).
+# The fault that can be seen, and is planted for the tests, exchanges them in what is reflected alone.
+EXCHANGE = np.array([1.0, -1.0, -1.0, 1.0])
 
 
 @dataclass
@@ -56,11 +60,11 @@ class Picture:
     lost: float
 
 
-def render(scene):
-    """The whole scene, in the variant that is set."""
+def render(scene, exchanged=False):
+    """The whole scene, in the variant that is set. `exchanged` plants a fault: see `EXCHANGE`."""
     planes, lost = [], 0.0
     for line in range(len(scene.wavelengths)):
-        walk = Walk(scene, line)
+        walk = Walk(scene, line, exchanged)
         planes.append(walk.run())
         lost += walk.lost / (scene.width * scene.height * len(scene.wavelengths))
     shape = (scene.height, scene.width)
@@ -70,8 +74,8 @@ def render(scene):
 class Walk:
     """All paths of a scene at one wavelength."""
 
-    def __init__(self, scene, line):
-        self.scene, self.world = scene, World(scene, line)
+    def __init__(self, scene, line, exchanged):
+        self.scene, self.world, self.exchanged = scene, World(scene, line), exchanged
         self.absorption = np.array([0.0 if s.conductor else s.absorption[line] for s in scene.stones] + [0.0])
         self.index = np.array([1.0 if s.conductor else s.n[line] for s in scene.stones] + [1.0])
         pixels = scene.width * scene.height
@@ -150,7 +154,7 @@ class Walk:
         towards = si.to_world(sample.wo)
         dr.eval(towards, weight)
         direction = np.array(towards, dtype=float).T
-        row = onwards(rays.row, weight)
+        row = onwards(rays.row, weight, EXCHANGE if self.exchanged and component == 0 else np.ones(4))
         inside = rays.inside
         if component == 1:
             # Radiance is n² times denser in a stone, and Mitsuba's weights say so; a share of energy is what is followed.
@@ -165,9 +169,9 @@ class Walk:
         return Rays(rays.pixel[chosen], point, direction, row[chosen], inside[chosen])
 
 
-def onwards(row, weight):
-    """The first row of the path's matrix, one event further from the eye."""
+def onwards(row, weight, signs):
+    """The first row of the path's matrix, one event further from the eye; `signs` as in `EXCHANGE`."""
     if not mi.is_polarized:
         return row * np.array(weight[0], dtype=float)[:, None]
     matrix = [[np.array(weight[i, j][0], dtype=float) for j in range(4)] for i in range(4)]
-    return np.stack([sum(row[:, i] * matrix[i][j] for i in range(4)) for j in range(4)], axis=1)
+    return np.stack([sum(row[:, i] * matrix[i][j] * signs[i] * signs[j] for i in range(4)) for j in range(4)], axis=1)

@@ -49,25 +49,23 @@ def interface(stone, line):
     return {"type": "dielectric", "int_ior": stone.n[line], "ext_ior": 1.0}
 
 
-def shapes(scene, line):
-    """Mitsuba's descriptions of all stones, flat triangles as they are."""
-    with tempfile.TemporaryDirectory() as folder:
-        for number, stone in enumerate(scene.stones):
-            path = Path(folder) / f"{number}.ply"
-            write_ply(path, stone.mesh.vertices, stone.mesh.triangles)
-            yield f"stone{number}", {
-                "type": "ply",
-                "filename": str(path),
-                "face_normals": True,
-                "bsdf": interface(stone, line),
-            }
+def shapes(scene, line, folder):
+    """Mitsuba's descriptions of all stones, flat triangles as they are; their files are written to `folder`."""
+    found = {}
+    for number, stone in enumerate(scene.stones):
+        path = Path(folder) / f"{number}.ply"
+        write_ply(path, stone.mesh.vertices, stone.mesh.triangles)
+        bsdf = interface(stone, line)
+        found[f"stone{number}"] = {"type": "ply", "filename": str(path), "face_normals": True, "bsdf": bsdf}
+    return found
 
 
 class World:
     """The stones at one wavelength, for rays followed from here."""
 
     def __init__(self, scene, line):
-        parts = {name: mi.load_dict(shape) for name, shape in shapes(scene, line)}
+        with tempfile.TemporaryDirectory() as folder:
+            parts = {name: mi.load_dict(shape) for name, shape in shapes(scene, line, folder).items()}
         self.scene = mi.load_dict({"type": "scene", **parts})
         self.shapes = list(parts.values())
         self.emitter = mi.load_dict(light(scene.light))
