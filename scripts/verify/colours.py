@@ -1,7 +1,7 @@
 """From linear sRGB to a spectrum: ours against colour-science's and Mitsuba's ways, on the same colours.
 
-Every spectrum is judged as light under D65 by colour-science's own tables (CIE 1931 2°, D65, 5 nm), sRGB's primaries and
-the white of that grid: none of ours goes into the judgement.
+Every spectrum is judged as light under D65 by colour-science's own tables (CIE 1931 2°, D65, 5 nm), sRGB's primaries
+and the white of that grid: none of ours goes into the judgement.
 """
 
 import statistics

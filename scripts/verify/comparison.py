@@ -36,9 +36,9 @@ def blocks(picture, size):
 def stochastic(passes, expected, samples):
     """Independent passes (n × blocks) of a noisy renderer against what is expected (blocks).
 
-    `samples` is a pass's samples a pixel. The bound is Student's for the number of passes, corrected after Šidák so that
-    with probability 0.95 no block of a right picture is beyond it. Blocks without variance show the light alone, and are
-    left out.
+    `samples` is a pass's samples a pixel. The bound is Student's for the number of passes, corrected after Šidák so
+    that with probability 0.95 no block of a right picture is beyond it. Blocks without variance show the light alone,
+    and are left out.
     """
     count = len(passes)
     passes, expected = passes.reshape(count, -1), expected.ravel()

@@ -21,7 +21,8 @@ class Gemtrace:
 
     def ask(self, *arguments):
         """The JSON answer of a command."""
-        said = subprocess.run([self.program, "--json", *map(str, arguments)], check=True, capture_output=True, text=True)
+        command = [self.program, "--json", *map(str, arguments)]
+        said = subprocess.run(command, check=True, capture_output=True, text=True)
         return json.loads(said.stdout)
 
     def devices(self):

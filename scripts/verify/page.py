@@ -103,8 +103,8 @@ def stochastic(found):
         ]
         for row in found["rows"]
     ]
-    head = ["scene", "blocks", "within", "largest z / bound", "mean z²", "mean difference, %", "exponent", "mean picture"]
-    return table(head, rows)
+    head = ["scene", "blocks", "within", "largest z / bound", "mean z²", "mean difference, %", "exponent"]
+    return table([*head, "mean picture"], rows)
 
 
 def colour(found):

@@ -1,8 +1,9 @@
 """Deterministic splitting on Mitsuba's own intersections and BSDFs: no noise, so pictures can be compared per pixel.
 
-Every ray that meets a surface goes on twice, by the BSDF's reflection alone and by its transmission alone; Mitsuba gives
-points, normals, directions and weights (Mueller matrices in polarised variants). What is done here is book-keeping: lists
-of rays, the stone a ray is in, Beer-Lambert's law on the length of a segment, the depth limit and the threshold.
+Every ray that meets a surface goes on twice, by the BSDF's reflection alone and by its transmission alone; Mitsuba
+gives points, normals, directions and weights (Mueller matrices in polarised variants). What is done here is
+book-keeping: lists of rays, the stone a ray is in, Beer-Lambert's law on the length of a segment, the depth limit and
+the threshold.
 """
 
 from dataclasses import dataclass
@@ -18,9 +19,9 @@ AIR = -1
 STEP = 1e-6
 TRIES = 8
 CHUNK = 1 << 20
-# Exchanging s and p turns a Mueller matrix M into F M F with F = diag(1, −1, −1, 1), in any frame, since F commutes with
-# rotations. Along a whole path these F cancel: exchanged everywhere, s and p give the same intensities (as E and H do).
-# The fault that can be seen, and is planted for the tests, exchanges them in what is reflected alone.
+# Exchanging s and p turns a Mueller matrix M into F M F with F = diag(1, −1, −1, 1), in any frame, since F commutes
+# with rotations. Along a whole path these F cancel: exchanged everywhere, s and p give the same intensities (as E and H
+# do). The fault that can be seen, and is planted for the tests, exchanges them in what is reflected alone.
 EXCHANGE = np.array([1.0, -1.0, -1.0, 1.0])
 
 
@@ -38,10 +39,12 @@ class Rays:
     inside: np.ndarray
 
     def __getitem__(self, chosen):
+        """Some of them, by mask or slice."""
         parts = (self.pixel, self.origin, self.direction, self.row, self.inside)
         return Rays(*(part[chosen] for part in parts))
 
     def __len__(self):
+        """How many they are."""
         return len(self.pixel)
 
 
@@ -121,8 +124,8 @@ class Walk:
     def next_surface(self, rays):
         """Intersections, distances and stones (−1: none) of rays.
 
-        A ray in a stone can only leave it and a ray outside can only enter, so the surface that a ray comes from is told
-        from the next by its side, and passed.
+        A ray in a stone can only leave it and a ray outside can only enter, so the surface that a ray comes from is
+        told from the next by its side, and passed.
         """
         origin = rays.origin.copy()
         passed = np.full(len(rays), STEP * self.scene.radius())
@@ -157,7 +160,7 @@ class Walk:
         row = onwards(rays.row, weight, EXCHANGE if self.exchanged and component == 0 else np.ones(4))
         inside = rays.inside
         if component == 1:
-            # Radiance is n² times denser in a stone, and Mitsuba's weights say so; a share of energy is what is followed.
+            # Radiance is n² times denser in a stone, and Mitsuba's weights say so; we follow a share of the energy.
             squeezed = self.index[number] ** 2
             row *= np.where(inside == AIR, squeezed, 1.0 / squeezed)[:, None]
             inside = np.where(inside == AIR, number, AIR)

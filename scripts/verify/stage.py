@@ -84,6 +84,7 @@ def write_ply(path, vertices, triangles):
 
 
 def main():
+    """Writes all parts."""
     mi.set_variant("scalar_rgb")
     folder = Path(sys.argv[1])
     mi.Bitmap(np.repeat(light()[:, :, None], 3, axis=2)).write(str(folder / "room.exr"))

@@ -8,21 +8,38 @@ import mitsuba as mi
 import numpy as np
 
 import comparison
-import ours
 import scene as scenes
 import splitting
 import stochastic
 import world
 
 SCENES = Path(__file__).parent / "scenes"
-ORDER = ("brilliant-diamond", "step-sapphire", "step-ruby", "brilliant-moissanite", "portuguese-quartz", "drilled-bead",
-         "two-stones", "metal-plate", "slab-grazing", "diamond-grazing", "furnace")
+ORDER = (
+    "brilliant-diamond",
+    "step-sapphire",
+    "step-ruby",
+    "brilliant-moissanite",
+    "portuguese-quartz",
+    "drilled-bead",
+    "two-stones",
+    "metal-plate",
+    "slab-grazing",
+    "diamond-grazing",
+    "furnace",
+)
 # Mitsuba against itself, its eye moved by so much (mm): what rounding alone makes of facet edges.
 NUDGE = 3e-6
 # With noise: scene, wavelength, polarised, our own samples a pixel (a square number: a grid).
-NOISY = (("brilliant-diamond", 550.0, False, 4096), ("step-sapphire", 590.0, False, 4096),
-         ("portuguese-quartz", 550.0, False, 4096), ("drilled-bead", 500.0, False, 256), ("two-stones", 640.0, False, 1024),
-         ("metal-plate", 600.0, False, 1024), ("slab-grazing", 550.0, True, 4096), ("diamond-grazing", 550.0, True, 4096))
+NOISY = (
+    ("brilliant-diamond", 550.0, False, 4096),
+    ("step-sapphire", 590.0, False, 4096),
+    ("portuguese-quartz", 550.0, False, 4096),
+    ("drilled-bead", 500.0, False, 256),
+    ("two-stones", 640.0, False, 1024),
+    ("metal-plate", 600.0, False, 1024),
+    ("slab-grazing", 550.0, True, 4096),
+    ("diamond-grazing", 550.0, True, 4096),
+)
 # Where s and p are exchanged for the test of that fault.
 EXCHANGED = "slab-grazing"
 NOISY_SIZE, BLOCK = 64, 4
@@ -87,10 +104,11 @@ def keep(path, scene, kept):
         for nm, plane in zip(scene.wavelengths, picture.radiance, strict=True):
             planes[f"{prefix}.S0.{nm:g}nm"] = plane
     pixels = np.stack([np.asarray(plane, np.float32) for plane in planes.values()], axis=-1)
-    bitmap = mi.Bitmap(pixels, pixel_format=mi.Bitmap.PixelFormat.MultiChannel, channel_names=list(planes))
+    form = mi.Bitmap.PixelFormat.MultiChannel
+    bitmap = mi.Bitmap(pixels, pixel_format=form, channel_names=list(planes))
     bitmap.metadata()["comments"] = (
-        f"Mitsuba {mi.__version__}, every split of a ray followed through its own intersections and BSDFs, one wavelength"
-        f" at a time; written by scripts/verify from scenes/{scene.name}.toml"
+        f"Mitsuba {mi.__version__}, every split of a ray followed through its own intersections and BSDFs, one"
+        f" wavelength at a time; written by scripts/verify from scenes/{scene.name}.toml"
     )
     bitmap.write(str(path))
 

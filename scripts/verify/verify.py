@@ -1,6 +1,7 @@
 """Verifies gemtrace against Mitsuba 3, colour-science and refractiveindex.info, and writes docs/verification.md.
 
-Called by run.sh, which installs what it needs. --only measures some of the parts; the others' figures stay as they were.
+Called by run.sh, which installs what it needs. --only measures some of the parts; the others' figures stay as they
+were.
 """
 
 import argparse
@@ -51,6 +52,7 @@ def measure(part, gemtrace, root):
 
 
 def main():
+    """Measures, and writes the page."""
     given = arguments()
     world.use(False)
     gemtrace = ours.Gemtrace(given.gemtrace, given.work)

@@ -28,8 +28,8 @@ def light(texels):
     """Mitsuba's own `envmap` or `constant` emitter for grey texels."""
     if texels.size == 1:
         return {"type": "constant", "radiance": {"type": "uniform", "value": float(texels[0, 0])}}
-    # Mitsuba puts its first and last row at the poles, we put every row at the middle of its band. Rows between the rows
-    # make the two the same piecewise linear function.
+    # Mitsuba puts its first and last row at the poles, we put every row at the middle of its band. Rows between the
+    # rows make the two the same piecewise linear function.
     height, width = texels.shape
     rows = np.empty((2 * height + 1, width), np.float32)
     rows[1::2] = texels
