@@ -99,7 +99,7 @@ def stochastic(found):
             f"{row['mean_square']:.2f}",
             " → ".join(f"{100.0 * d:.3f}" for d in row["differences"]),
             f"{row['slope']:.2f}",
-            f"{row['bias']:+.1e} ± {row['bias_error']:.0e}",
+            f"{row['bias']:+.1e} ± {row['bias_error']:.1e}",
         ]
         for row in found["rows"]
     ]
