@@ -29,6 +29,7 @@ class Judge:
     def __init__(self):
         matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(SHAPE).values
         self.white = colour.SDS_ILLUMINANTS["D65"].copy().align(SHAPE).values
+        self.luminance = matching[:, 1]
         light = matching * self.white[:, None]
         self.rows = light / light[:, 1].sum()
         white = self.rows.sum(axis=0)
@@ -77,13 +78,13 @@ def compare(gemtrace):
 
 
 def refined(gemtrace, colours, judge):
-    """Ours: radiance, so divided by D65."""
+    """Ours: radiance, so divided by D65; our white sets the unit."""
     path = gemtrace.folder / "colours.txt"
     np.savetxt(path, colours, fmt="%.17g")
     answers = [gemtrace.ask("spectrum", "--list", path) for _ in range(3)]
     radiance = np.array([c["radiance"] for c in answers[0]["colours"]])
-    white = gemtrace.ask("spectrum", 1, 1, 1)["radiance"]
-    return radiance / white, statistics.median(answer["seconds"] for answer in answers)
+    unit = gemtrace.ask("spectrum", 1, 1, 1)["radiance"] @ judge.luminance / (judge.white @ judge.luminance)
+    return radiance / (unit * judge.white), statistics.median(answer["seconds"] for answer in answers)
 
 
 def one_by_one(way, colours, read):
