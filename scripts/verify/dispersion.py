@@ -13,6 +13,7 @@ ENTRIES = {
     "chrysoberyl": ("main", "BeAl2O4", "Walling-α"),
     "citrine": ("main", "SiO2", "Ghosh-o"),
     "corundum": ("main", "Al2O3", "Malitson-o"),
+    "copper": ("main", "Cu", "Johnson"),
     "cubic-zirconia": ("other", "ZrO2-Y2O3", "Wood"),
     "diamond": ("main", "C", "Peter"),
     "fused-silica": ("main", "SiO2", "Malitson"),
