@@ -76,6 +76,8 @@ impl Memory {
 pub(crate) struct Buffer {
     pub handle: vk::Buffer,
     pub bytes: u64,
+    /// What shaders see of it: contents alone, since they count them by its length, and what follows was never written.
+    pub shown: u64,
     memory: Memory,
 }
 
@@ -100,7 +102,8 @@ impl Buffer {
         usage: vk::BufferUsageFlags,
         place: Place,
     ) -> Result<Self, Error> {
-        let bytes = bytes.next_multiple_of(16).max(256);
+        let shown = bytes.next_multiple_of(16).max(16);
+        let bytes = shown.max(256);
         let info = vk::BufferCreateInfo::default().size(bytes).usage(usage);
         // SAFETY: valid.
         let handle = unsafe { gpu.device.create_buffer(&info, None) }.map_err(gpu.failure(what))?;
@@ -116,7 +119,7 @@ impl Buffer {
             // SAFETY: idle: never used.
             unsafe { gpu.device.destroy_buffer(handle, None) };
         })?;
-        let buffer = Buffer { handle, bytes, memory };
+        let buffer = Buffer { handle, bytes, shown, memory };
         // SAFETY: valid: memory of the kind and size that the buffer needs.
         unsafe { gpu.device.bind_buffer_memory(handle, buffer.memory.handle, 0) }
             .map_err(gpu.failure(what))?;

@@ -193,11 +193,8 @@ impl Stage {
                 .descriptor_count(1);
             match resource {
                 Resource::Uniform(buffer) | Resource::Storage(buffer) => {
-                    let info = [vk::DescriptorBufferInfo {
-                        buffer: buffer.handle,
-                        offset: 0,
-                        range: vk::WHOLE_SIZE,
-                    }];
+                    let info =
+                        [vk::DescriptorBufferInfo { buffer: buffer.handle, offset: 0, range: buffer.shown }];
                     self.update(write.buffer_info(&info));
                 }
                 Resource::Image(image) => {

@@ -5,9 +5,11 @@
 
 pub mod agreement;
 pub mod compare;
+pub mod device;
 pub mod gallery;
 pub mod gpu;
 pub mod light;
+pub mod mitsuba;
 pub mod render;
 pub mod scene;
 pub mod solid;

@@ -4,15 +4,12 @@
 //! Samples and wavelengths are the same everywhere, so pictures are compared pixel by pixel. At the edges of facets
 //! two sound renderers may fall on different sides, hence the share of pixels that may be off.
 //!
-//! `REQUIRE_BACKENDS=cpu,wgpu,vulkan` makes it a failure if a backend named has no device here; else it is left out,
-//! and said so. A Vulkan device need not have every form of intersection: `vulkan/ray-query`,
-//! `vulkan/ray-tracing-pipeline` and `vulkan/software` demand that some device has that form.
+//! `REQUIRE_BACKENDS` names backends that must have a device here: see [`gemtrace_tests::device`].
 
-use backend_cpu::{CPU, REFERENCE};
-use backend_vulkan::{Intersection, VULKAN};
-use backend_wgpu::WGPU;
+use backend_cpu::REFERENCE;
 use gemtrace_tests::{
     agreement::Agreement,
+    device::{Way, ways},
     gallery::{Exhibit, gallery},
 };
 use libtest_mimic::{Arguments, Failed, Trial};
@@ -34,51 +31,15 @@ fn main() {
     let arguments = Arguments::from_args();
     let cases: Vec<_> =
         gallery().into_iter().map(|exhibit| Arc::new(Case { exhibit, expected: OnceLock::new() })).collect();
-    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    let mut trials = Vec::new();
-    let demanded = |name: &str| required.split(',').any(|wanted| wanted.trim() == name);
-    let formless = (VULKAN.devices)().is_empty() && demanded(VULKAN.name);
-    let vulkan = Intersection::ALL.map(|form| (form.backend(), demand(form), formless));
-    let plain = [CPU, WGPU].map(|backend| (backend, backend.name, false));
-    for (backend, name, missing) in plain.into_iter().chain(vulkan) {
-        let devices = (backend.devices)();
-        if devices.is_empty() {
-            let missing = missing || demanded(name);
-            let none =
-                Trial::test(format!("[{name}] has a device"), || Err("no device on this machine".into()));
-            trials.push(none.with_ignored_flag(!missing));
-        }
-        for device in devices {
-            for case in &cases {
-                let name = format!("[{}] {}", short(&device), case.exhibit.name);
-                let (case, device) = (case.clone(), device.clone());
-                trials.push(Trial::test(name, move || agree(&case, &backend, &device)));
-            }
+    let (present, mut trials) = ways();
+    for way in present {
+        for case in &cases {
+            let name = format!("[{}] {}", way.name, case.exhibit.name);
+            let (case, way) = (case.clone(), way.clone());
+            trials.push(Trial::test(name, move || agree(&case, &way)));
         }
     }
     libtest_mimic::run(&arguments, trials).exit();
-}
-
-/// How `REQUIRE_BACKENDS` names a form.
-fn demand(form: Intersection) -> &'static str {
-    match form {
-        Intersection::RayQuery => "vulkan/ray-query",
-        Intersection::Pipeline => "vulkan/ray-tracing-pipeline",
-        Intersection::Software => "vulkan/software",
-    }
-}
-
-/// "cpu", "wgpu/llvmpipe", "vulkan/llvmpipe/ray-query".
-fn short(device: &DeviceInfo) -> String {
-    let word = device.name.split_whitespace().next().unwrap_or("?");
-    let mut name = device.backend.to_owned();
-    if device.backend != CPU.name {
-        name = format!("{name}/{word}");
-    }
-    if device.backend == VULKAN.name {
-        name = format!("{name}/{}", device.intersection.replace(' ', "-"));
-    }
-    name
 }
 
 fn render(backend: &Backend, device: &DeviceInfo, exhibit: &Exhibit) -> Result<Film, Failed> {
@@ -91,7 +52,7 @@ fn render(backend: &Backend, device: &DeviceInfo, exhibit: &Exhibit) -> Result<F
     if report.finished && lost < 1e-6 { Ok(film) } else { Err(format!("{report:?}").into()) }
 }
 
-fn agree(case: &Case, backend: &Backend, device: &DeviceInfo) -> Result<(), Failed> {
+fn agree(case: &Case, way: &Way) -> Result<(), Failed> {
     let exhibit = &case.exhibit;
     let expected = match case.expected.get() {
         Some(film) => film,
@@ -100,9 +61,9 @@ fn agree(case: &Case, backend: &Backend, device: &DeviceInfo) -> Result<(), Fail
             case.expected.get_or_init(|| film)
         }
     };
-    let found = render(backend, device, exhibit)?;
+    let found = render(&way.backend, &way.device, exhibit)?;
     let agreement = Agreement::of(exhibit, expected, &found);
-    let trial = format!("[{}] {}", short(device), exhibit.name);
+    let trial = format!("[{}] {}", way.name, exhibit.name);
     eprintln!("{trial}: {agreement}");
     if agreement.holds() {
         return Ok(());

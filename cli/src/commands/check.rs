@@ -2,9 +2,10 @@
 
 use super::{Console, Report};
 use crate::{Error, scene_file};
-use serde_json::json;
+use serde_json::{Value, json};
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
+use spectral_core::scene::Stone;
 use std::path::PathBuf;
 
 /// Arguments of `check`.
@@ -25,20 +26,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let warnings: Vec<String> =
         loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
     warnings.iter().for_each(|warning| console.warn(warning));
-    let stones: Vec<_> = loaded
-        .scene
-        .stones
-        .iter()
-        .map(|stone| {
-            json!({
-                "name": stone.name,
-                "material": stone.material.name,
-                "facets": stone.mesh.facets().len(),
-                "triangles": stone.mesh.triangles().len(),
-                "convex": stone.mesh.is_convex(),
-            })
-        })
-        .collect();
+    let grid = loaded.settings.wavelengths.nm();
+    let stones: Vec<_> = loaded.scene.stones.iter().map(|stone| stone_facts(stone, grid)).collect();
     let json = json!({
         "scene": args.scene.display().to_string(),
         "hash": loaded.hash,
@@ -49,6 +38,23 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         "warnings": warnings,
     });
     Ok(Report::new(describe(&loaded, &scene), json))
+}
+
+/// A stone with its optics at the wavelengths that the settings name, before any jitter.
+fn stone_facts(stone: &Stone, nm: &[f64]) -> Value {
+    let material = &stone.material;
+    let at = |of: &dyn Fn(f64) -> f64| nm.iter().map(|&nm| of(nm)).collect::<Vec<f64>>();
+    json!({
+        "name": stone.name,
+        "material": material.name,
+        "facets": stone.mesh.facets().len(),
+        "triangles": stone.mesh.triangles().len(),
+        "convex": stone.mesh.is_convex(),
+        "conductor": material.is_conductor(),
+        "n": at(&|nm| material.index(nm)),
+        "k": at(&|nm| material.extinction(nm)),
+        "absorption_per_mm": at(&|nm| material.absorption(nm)),
+    })
 }
 
 fn film_bytes(scene: &PreparedScene) -> u64 {

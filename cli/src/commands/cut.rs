@@ -3,7 +3,7 @@
 mod tier;
 
 use super::{Console, Report, table};
-use crate::{Error, import};
+use crate::{Error, import, output};
 use serde_json::{Value, json};
 use spectral_core::Warning;
 use spectral_core::cut::{Cut, Proportions};
@@ -16,21 +16,26 @@ use tier::Tier;
 pub struct Args {
     /// A cut (.asc, .gem, .gcs) or a mesh (.obj, .stl, .ply).
     pub file: PathBuf,
+    /// Write the closed solid here, as triangles in the file's unit of length (.obj).
+    #[arg(long, value_name = "FILE")]
+    pub mesh: Option<PathBuf>,
 }
 
 /// Describes a cut or a mesh. A cut that does not close is described all the same, with its fault as the
 /// report's failure.
 ///
 /// # Errors
-/// [`Error::File`] for a file that cannot be read or, for a mesh, that bounds no solid.
+/// [`Error::File`] for a file that cannot be read or, for a mesh, that bounds no solid; [`Error::Output`] for the
+/// mesh to write.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let bytes = import::read_file(&args.file)?;
     if import::cut::Format::of(&args.file).is_some() {
         let (cut, warnings) = import::cut::read(&args.file, &bytes)?;
-        return Ok(design(&args.file, &cut, warnings, console));
+        return design(args, &cut, warnings, console);
     }
     let (mesh, warnings) = import::mesh::read(&args.file, &bytes)?;
     warnings.iter().for_each(|warning| console.warn(warning));
+    write_mesh(args.mesh.as_deref(), &mesh)?;
     let measures = Measures::of(&mesh);
     let mut json =
         json!({ "file": args.file.display().to_string(), "closed": true, "warnings": texts(&warnings) });
@@ -38,7 +43,24 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     Ok(Report::new(measures.text(), json))
 }
 
-fn design(path: &Path, cut: &Cut, mut warnings: Vec<Warning>, console: &mut Console) -> Report {
+fn write_mesh(path: Option<&Path>, mesh: &Mesh) -> Result<(), Error> {
+    path.map_or(Ok(()), |path| output::write_text(path, &obj(mesh)).map(|_| ()))
+}
+
+/// The triangles as Wavefront OBJ. Rust prints the shortest digits that bring a coordinate back as it was.
+fn obj(mesh: &Mesh) -> String {
+    let vertices = mesh.positions().iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
+    let faces = mesh.triangles().iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    vertices.chain(faces).collect()
+}
+
+fn design(
+    args: &Args,
+    cut: &Cut,
+    mut warnings: Vec<Warning>,
+    console: &mut Console,
+) -> Result<Report, Error> {
+    let path = &args.file;
     let planes: Vec<(&Plane, Option<&str>)> =
         cut.facets.iter().map(|f| (&f.plane, f.name.as_deref())).collect();
     let tiers = tier::group(&planes);
@@ -59,6 +81,7 @@ fn design(path: &Path, cut: &Cut, mut warnings: Vec<Warning>, console: &mut Cons
     let failure = match cut.solid() {
         Ok((mesh, more)) => {
             warnings.extend(more);
+            write_mesh(args.mesh.as_deref(), &mesh)?;
             let measures = Measures::of(&mesh);
             lines.extend([String::new(), measures.text()]);
             json["solid"] = measures.json();
@@ -69,7 +92,7 @@ fn design(path: &Path, cut: &Cut, mut warnings: Vec<Warning>, console: &mut Cons
     json["closed"] = json!(failure.is_none());
     json["warnings"] = texts(&warnings);
     warnings.iter().for_each(|warning| console.warn(warning));
-    Report { text: lines.join("\n"), json, failure }
+    Ok(Report { text: lines.join("\n"), json, failure })
 }
 
 fn texts(warnings: &[Warning]) -> Value {

@@ -11,6 +11,7 @@ use appearance::Appearance;
 use serde_json::{Value, json};
 use spectral_core::dispersion::{Dispersion, fraunhofer};
 use spectral_core::material::{Catalogue, Kind, Material};
+use spectral_core::wavelength::WavelengthGrid;
 use std::path::PathBuf;
 
 /// Arguments of `materials`.
@@ -24,6 +25,9 @@ pub struct Args {
     /// Write a picture of the same stone in every material here, as PNG.
     #[arg(long, value_name = "FILE", conflicts_with = "name")]
     pub sheet: Option<PathBuf>,
+    /// Give the figures at these wavelengths (nm, ascending) in place of Fraunhofer's lines.
+    #[arg(long, value_name = "NM,…", value_delimiter = ',')]
+    pub nm: Option<Vec<f64>>,
     #[command(flatten, next_help_heading = "How the sheet is rendered")]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
     pub means: Means,
@@ -32,23 +36,33 @@ pub struct Args {
 /// Lists the catalogue, or describes one material.
 ///
 /// # Errors
-/// [`Error::Core`] for a name that is not in the catalogue; [`Error::Output`] for the plot or the sheet; [`Error`] of
-/// the device that renders the sheet.
+/// [`Error::Core`] for a name that is not in the catalogue and for wavelengths that are none; [`Error::Output`] for
+/// the plot or the sheet; [`Error`] of the device that renders the sheet.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     if let Some(path) = &args.sheet {
         let count = swatch::sheet(path, &args.means, console)?;
         let text = format!("wrote {} – {count} materials", path.display());
         return Ok(Report::new(text, json!({ "output": path.display().to_string(), "materials": count })));
     }
-    let Some(name) = &args.name else { return list() };
+    let lines = lines(args)?;
+    let Some(name) = &args.name else { return list(&lines) };
     let material = Catalogue::builtin().get(name)?;
     if let Some(path) = &args.svg {
         output::write_text(path, &plot(material))?;
     }
-    Ok(Report::new(describe(material)?, facts(material)?))
+    Ok(Report::new(describe(material, &lines)?, facts(material, &lines)?))
 }
 
-fn list() -> Result<Report, Error> {
+/// The wavelengths to describe a material at, with the names of those that have one.
+fn lines(args: &Args) -> Result<Vec<(String, f64)>, Error> {
+    let Some(nm) = &args.nm else {
+        return Ok(fraunhofer::LINES.iter().map(|&(line, nm)| (line.to_owned(), nm)).collect());
+    };
+    let grid = WavelengthGrid::list(nm.clone())?;
+    Ok(grid.nm().iter().map(|&nm| (String::new(), nm)).collect())
+}
+
+fn list(lines: &[(String, f64)]) -> Result<Report, Error> {
     let mut rows = vec![["name", "colour", "n at D", "n(G) − n(B)", "g/cm³"].map(str::to_owned).to_vec()];
     let mut all = Vec::new();
     for material in Catalogue::builtin().materials() {
@@ -61,7 +75,7 @@ fn list() -> Result<Report, Error> {
             dispersion,
             material.density.map_or("–".to_owned(), |d| d.to_string()),
         ]);
-        all.push(facts(material)?);
+        all.push(facts(material, lines)?);
     }
     let (through, metal) = (appearance::TRANSMITTED, appearance::REFLECTED);
     let legend = format!("~ approximate\ncolour: {through}; of metals {metal}");
@@ -76,10 +90,11 @@ fn dispersion(material: &Material) -> Option<&Dispersion> {
     }
 }
 
-fn facts(material: &Material) -> Result<Value, Error> {
-    let lines: Vec<Value> = fraunhofer::LINES
+fn facts(material: &Material, lines: &[(String, f64)]) -> Result<Value, Error> {
+    let lines: Vec<Value> = lines
         .iter()
-        .map(|&(line, nm)| {
+        .map(|(line, nm)| {
+            let nm = *nm;
             json!({ "line": line, "nm": nm, "n": material.index(nm), "k": material.extinction(nm),
                     "absorption_per_mm": material.absorption(nm) })
         })
@@ -110,16 +125,17 @@ fn facts(material: &Material) -> Result<Value, Error> {
     }))
 }
 
-fn describe(material: &Material) -> Result<String, Error> {
+fn describe(material: &Material, lines: &[(String, f64)]) -> Result<String, Error> {
     let mut rows = vec![
         ["line", "nm", "n", if material.is_conductor() { "k" } else { "absorption, 1/mm" }]
             .map(str::to_owned)
             .to_vec(),
     ];
-    for (line, nm) in fraunhofer::LINES {
+    for (line, nm) in lines {
+        let nm = *nm;
         let last = if material.is_conductor() { material.extinction(nm) } else { material.absorption(nm) };
         rows.push(vec![
-            line.to_owned(),
+            line.clone(),
             format!("{nm:.2}"),
             format!("{:.5}", material.index(nm)),
             format!("{last:.4}"),

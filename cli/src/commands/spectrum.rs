@@ -1,5 +1,7 @@
 //! `gemtrace spectrum`.
 
+mod batch;
+
 use super::{Report, table};
 use crate::plot::{Line, Panel, svg};
 use crate::{Error, output};
@@ -14,12 +16,12 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, clap::Args)]
 #[command(allow_negative_numbers = true)]
 pub struct Args {
-    /// Red, linear sRGB; 1 is the white's.
-    pub red: f64,
-    /// Green.
-    pub green: f64,
-    /// Blue.
-    pub blue: f64,
+    /// Red, green and blue, linear sRGB; 1 is the white's.
+    #[arg(num_args = 3, value_names = ["RED", "GREEN", "BLUE"], required_unless_present = "list")]
+    pub rgb: Vec<f64>,
+    /// Read colours from here in place of one, three numbers a line; best with --json.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["rgb", "svg"])]
+    pub list: Option<PathBuf>,
     /// Stop when the summed error, relative to the largest component, is at most this.
     #[arg(long, value_name = "ERROR", default_value_t = 1e-6)]
     pub tolerance: f64,
@@ -34,12 +36,17 @@ pub struct Args {
 /// Refines Smits's spectrum of the colour on the grid 380–780 nm, 5 nm.
 ///
 /// # Errors
-/// [`Error::Core`] for a colour that no light has; [`Error::Output`] for the plot.
+/// [`Error::Core`] for a colour that no light has; [`Error::File`] for a list that cannot be used;
+/// [`Error::Output`] for the plot.
 pub fn run(args: &Args) -> Result<Report, Error> {
-    let rgb = [args.red, args.green, args.blue];
     let grid = WavelengthGrid::stepped(380.0, 780.0, 5.0)?;
     let response = Response::new(&grid)?;
     let stop = Stop { tolerance: args.tolerance, max_sweeps: args.sweeps };
+    if let Some(path) = &args.list {
+        return batch::run(path, &grid, &response, stop);
+    }
+    let rgb = <[f64; 3]>::try_from(args.rgb.as_slice())
+        .map_err(|_| Error::Usage("a colour is three numbers: red, green and blue".to_owned()))?;
     let refined = refine_smits(&grid, &response, rgb, stop)?;
     let shown = response.to_linear_srgb(&refined.spectrum);
     if let Some(path) = &args.svg {

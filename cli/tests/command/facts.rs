@@ -89,6 +89,53 @@ fn a_spectrum_shows_its_colour() {
 }
 
 #[test]
+fn many_colours_come_from_a_file() {
+    let place = Workplace::new();
+    let list = place.path("colours.txt").display().to_string();
+    std::fs::write(&list, "# three\n1 0.5 0.1\n0.2, 0.3, 0.4\n\n0 0 1\n").unwrap();
+    let report = command(&["spectrum", "--list", &list]).unwrap();
+    let colours = report.json["colours"].as_array().unwrap();
+    let alone = command(&["spectrum", "1", "0.5", "0.1"]).unwrap();
+    assert_eq!((colours.len(), &colours[0]["radiance"]), (3, &alone.json["radiance"]));
+    assert_eq!(colours[1]["rgb"], serde_json::json!([0.2, 0.3, 0.4]));
+    for (text, line) in
+        [("1 1 1\n0.5 0.5\n", "line 2"), ("1 1 1\n# x\n1 red 1\n", "line 3"), ("-1 0 0\n", "line 1")]
+    {
+        std::fs::write(&list, text).unwrap();
+        let error = command(&["spectrum", "--list", &list]).unwrap_err();
+        assert!(error.exit_code() == 3 && error.to_string().contains(line), "{error}");
+    }
+}
+
+#[test]
+fn a_material_has_its_figures_at_any_wavelength() {
+    let report = command(&["materials", "ruby", "--nm", "450,560.5"]).unwrap();
+    let lines = report.json["lines"].as_array().unwrap();
+    let ruby = spectral_core::material::Catalogue::builtin().get("ruby").unwrap();
+    for (line, nm) in lines.iter().zip([450.0, 560.5]) {
+        assert_eq!((number(&line["nm"]), number(&line["n"])), (nm, ruby.index(nm)));
+        assert_eq!(number(&line["absorption_per_mm"]), ruby.absorption(nm));
+    }
+    assert!(lines.len() == 2 && report.text.contains("560.50"), "{}", report.text);
+    assert_eq!(command(&["materials", "ruby", "--nm", "560,450"]).unwrap_err().exit_code(), 3);
+}
+
+#[test]
+fn a_cut_leaves_its_mesh() {
+    let place = Workplace::new();
+    let mesh = place.path("step.obj").display().to_string();
+    let design = command(&["cut", &cut("emerald_step_49.asc"), "--mesh", &mesh]).unwrap();
+    let found = command(&["cut", &mesh]).unwrap();
+    for key in ["facets", "triangles", "volume", "width"] {
+        let (a, b) = (number(&design.json["solid"][key]), number(&found.json["solid"][key]));
+        assert!((a - b).abs() < 1e-12, "{key}: {a} and {b}");
+    }
+    let error =
+        command(&["cut", &mesh, "--mesh", &place.path("no/x.obj").display().to_string()]).unwrap_err();
+    assert_eq!(error.exit_code(), 4);
+}
+
+#[test]
 fn a_colour_that_no_light_has_is_refused() {
     let error = command(&["spectrum", "-1", "-0.5", "-2"]).unwrap_err();
     assert_eq!(error.exit_code(), 3, "{error}");
@@ -148,7 +195,11 @@ fn check_describes_a_scene_and_refuses_a_bad_one() {
     let scene = place.path("tiny.toml").display().to_string();
     let report = command(&["check", &scene]).unwrap();
     assert_eq!(report.json["settings"]["width"], 24);
-    assert_eq!(report.json["stones"][0]["material"], "diamond");
+    let stone = &report.json["stones"][0];
+    assert_eq!(stone["material"], "diamond");
+    let nm = number(&report.json["settings"]["wavelengths"][2]);
+    let diamond = spectral_core::material::Catalogue::builtin().get("diamond").unwrap();
+    assert_eq!((number(&stone["n"][2]), number(&stone["absorption_per_mm"][2])), (diamond.index(nm), 0.0));
     assert_eq!(report.json["film_bytes"], 24 * 16 * 32);
     assert!(report.text.starts_with("24 × 16 pixels, 4 samples each, 8 wavelengths from 380 to 740 nm"));
     std::fs::write(place.path("tiny.toml"), "format = 1\n[film]\nwidht = 3\n").unwrap();
