@@ -37,6 +37,13 @@ if command -v apt-get >/dev/null 2>&1 && { dpkg --compare-versions "$mesa" lt 24
   apt install -y -q libvulkan1
 fi
 
+# Counts instructions, for the test that holds them to a figure.
+if ! command -v valgrind >/dev/null 2>&1 && command -v apt-get >/dev/null 2>&1; then
+  apt update -q && apt install -y -q valgrind
+fi
+# Callgrind knows x86-64 here; elsewhere there is nothing to compare with.
+command -v valgrind >/dev/null 2>&1 && export REQUIRE_VALGRIND=1
+
 # The maths half must stand without the rendering half.
 cargo check --release --package spectral-core --no-default-features
 # A backend without a device is a failure here, not a skip. `vulkan` alone is met by any Vulkan device; the software

@@ -194,7 +194,7 @@ pub fn pixel_offset(index: u32, count: u32) -> [f64; 2] {
 /// ```
 /// use spectral_core::settings::nested_offset;
 /// assert_eq!(nested_offset(0), [0.5, 0.5]);
-/// assert_eq!(nested_offset(1), [5.0 / 6.0, 5.0 / 6.0]);
+/// assert_eq!(nested_offset(1), [0.5 + 1.0 / 3.0; 2]);
 /// ```
 pub fn nested_offset(index: u32) -> [f64; 2] {
     // Of the nine ninths of a cell first the diagonal's, its middle before all, then those of its two translates.

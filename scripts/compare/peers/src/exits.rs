@@ -1,7 +1,7 @@
 //! Intersections of the recorded internal rays by gemtrace's planes, without any shading.
 
 use crate::{
-    Failure, meshes, record,
+    Failure, meshes,
     scene::{self, Studio},
     store::{self, Packet},
 };

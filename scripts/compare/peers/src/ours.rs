@@ -27,7 +27,7 @@ fn rendered(
     threads: usize,
 ) -> Result<Rendered, Failure> {
     let backend = backend_cpu::cpu_in(instructions);
-    let options = OpenOptions { threads: Some(threads), tile: None };
+    let options = OpenOptions { threads: Some(threads), ..OpenOptions::default() };
     let mut tracer = (backend.open)(&(backend.devices)()[0], scene.clone(), &options)?;
     let mut film = Film::new(scene);
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
