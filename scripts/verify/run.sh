@@ -35,6 +35,9 @@ python="$work/venv/bin/python"
 llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
 [ -z "$llvm" ] || export DRJIT_LIBLLVM_PATH="$llvm"
 
+# Many small products of matrices: threads would wait for each other longer than they work.
+export OPENBLAS_NUM_THREADS=1
+
 target=${CARGO_TARGET_DIR:-$root/target}
 cargo build -q --release --manifest-path "$root/Cargo.toml" -p gemtrace
 gemtrace="$target/release/gemtrace"
