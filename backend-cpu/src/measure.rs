@@ -1,25 +1,11 @@
 //! Kernels by themselves, for measurements against other intersectors (feature `measure`).
 
-use crate::{chain::Chain, planes::Planes};
-use accel::lanes::{Lanes, Row, Triple, WIDTH};
+use crate::chain::Chain;
+pub use crate::planes::Beam;
+use crate::planes::{BATCH, Exit, Planes};
+use accel::lanes::{Lanes, WIDTH};
 use accel::{Instructions, Task};
 use spectral_core::prepare::PreparedScene;
-
-/// Sixteen rays inside a stone.
-#[derive(Debug, Clone)]
-pub struct RayPacket {
-    origin: [Row; 3],
-    direction: [Row; 3],
-    alive: u16,
-}
-
-impl RayPacket {
-    /// From coordinates (x, y, z, mm) and unit directions, a ray a lane; `alive`: as bits, the rays there are.
-    /// The other lanes must be finite.
-    pub fn new(origin: [[f32; WIDTH]; 3], direction: [[f32; WIDTH]; 3], alive: u16) -> Self {
-        RayPacket { origin: origin.map(Row), direction: direction.map(Row), alive }
-    }
-}
 
 /// Where rays inside one convex stone leave it.
 #[derive(Debug, Clone)]
@@ -34,15 +20,15 @@ impl Exits {
         Some(Exits { chain: Chain::new(scene, instructions)?, instructions })
     }
 
-    /// The length of each ray, mm, in the stone's own coordinates; packet after packet, as a render asks for them.
-    pub fn distances(&self, packets: &[RayPacket], distances: &mut [[f32; WIDTH]]) {
-        self.instructions.run(Distances { planes: self.chain.planes(), packets, distances });
+    /// The length of each ray, mm, in the stone's own coordinates; as many packets together as in a render.
+    pub fn distances(&self, beams: &[Beam], distances: &mut [[f32; WIDTH]]) {
+        self.instructions.run(Distances { planes: self.chain.planes(), beams, distances });
     }
 }
 
 struct Distances<'a> {
     planes: &'a Planes,
-    packets: &'a [RayPacket],
+    beams: &'a [Beam],
     distances: &'a mut [[f32; WIDTH]],
 }
 
@@ -51,10 +37,12 @@ impl Task for Distances<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) {
-        let mut guess = 0;
-        for (packet, distances) in self.packets.iter().zip(self.distances) {
-            let (origin, direction) = (Triple::<V>::load(&packet.origin), Triple::load(&packet.direction));
-            *distances = self.planes.exits(origin, direction, packet.alive, &mut guess).distance.stored().0;
+        let mut exits = vec![Exit::<V>::nowhere(); BATCH];
+        for (beams, distances) in self.beams.chunks(BATCH).zip(self.distances.chunks_mut(BATCH)) {
+            self.planes.exits(beams, &mut exits);
+            for (distances, exit) in distances.iter_mut().zip(&exits) {
+                *distances = exit.distance.stored().0;
+            }
         }
     }
 }
@@ -62,6 +50,7 @@ impl Task for Distances<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use accel::lanes::Row;
     use spectral_core::{
         camera::{Camera, Projection},
         environment::Environment,
@@ -95,7 +84,8 @@ mod tests {
         direction[0] = std::array::from_fn(|lane| (lane as f32).sin());
         direction[2] = std::array::from_fn(|lane| (lane as f32).cos());
         let mut distances = [[0.0; WIDTH]];
-        exits.distances(&[RayPacket::new([[0.0; WIDTH]; 3], direction, u16::MAX)], &mut distances);
+        let beam = Beam { origin: [Row::default(); 3], direction: direction.map(Row), alive: u16::MAX };
+        exits.distances(&[beam], &mut distances);
         for lane in 0..WIDTH {
             let towards = glam::DVec3::new(direction[0][lane].into(), 0.0, direction[2][lane].into());
             let ahead = |f: &spectral_core::prepare::FacetPlane| {

@@ -6,11 +6,13 @@
 
 mod geometry;
 mod nest;
+mod outline;
 mod rounding;
 mod spectral;
 
 pub use geometry::{FacetPlane, Geometry, PreparedStone};
 pub use nest::{Nest, Rank};
+pub use outline::{Outline, Side};
 pub use rounding::Rounding;
 pub use spectral::{Medium, SpectralTable};
 

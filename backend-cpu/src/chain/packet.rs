@@ -10,13 +10,11 @@ use crate::{
     block::Block,
     incidence::{Flux, Incidence},
     light::Light,
+    planes::{BATCH, Beam, Exit},
     texel::Aim,
 };
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put};
 use spectral_core::settings::Leftover;
-
-/// Packets that go together.
-pub(super) const BATCH: usize = 32;
 
 /// A camera ray's arrival at the stone, or its passing by.
 #[derive(Debug, Clone, Copy, Default)]
@@ -35,13 +33,10 @@ pub(crate) struct Arrival {
     pub colour: [f32; 3],
 }
 
-/// Sixteen wavelengths.
+/// What sixteen wavelengths carry along their [`Beam`].
 struct Packet<V, F> {
-    origin: Triple<V>,
-    direction: Triple<V>,
     flux: F,
     radiance: V,
-    alive: u16,
     block: usize,
     /// Where its radiances belong.
     place: usize,
@@ -60,9 +55,10 @@ pub(crate) struct Batch<'a, V: Lanes, F> {
     chain: &'a Chain,
     light: &'a Light,
     blocks: &'a [Block],
+    beams: Vec<Beam>,
     packets: Vec<Packet<V, F>>,
+    exits: Vec<Exit<V>>,
     outgoing: Vec<Outgoing<V>>,
-    guess: usize,
     /// One number a lane, of all pixels of the tile.
     radiances: &'a mut [f32],
     ledger: &'a mut Ledger,
@@ -78,8 +74,9 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         ledger: &'a mut Ledger,
     ) -> Self {
         let nothing = Outgoing { aim: Aim::nowhere(), intensity: V::splat(0.0), lanes: 0 };
-        let (packets, outgoing) = (Vec::with_capacity(BATCH), vec![nothing; BATCH]);
-        Batch { chain, light, blocks, packets, outgoing, guess: 0, radiances, ledger }
+        let (beams, packets) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
+        let (exits, outgoing) = (vec![Exit::nowhere(); BATCH], vec![nothing; BATCH]);
+        Batch { chain, light, blocks, beams, packets, exits, outgoing, radiances, ledger }
     }
 
     /// Whether the next packet must wait.
@@ -107,12 +104,12 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let flux = F::entering(mean, half, &gathered.axis);
         let direction = Triple::load(&gathered.direction);
         let direction = at.refracted(direction, Triple::load(&gathered.inward));
-        let origin = Triple::load(&gathered.point);
         let alive = self.surviving(gathered.lanes, flux.intensity());
-        let packet = Packet { origin, direction, flux, radiance, alive, block, place };
+        let packet = Packet { flux, radiance, block, place };
         if alive == 0 {
             self.deliver(&packet);
         } else {
+            self.beams.push(Beam { origin: gathered.point, direction: direction.stored(), alive });
             self.packets.push(packet);
         }
     }
@@ -134,39 +131,38 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     /// One internal reflection of every packet.
     #[inline(always)]
     fn reflect(&mut self) {
+        self.chain.planes.exits(&self.beams, &mut self.exits);
         for k in 0..self.packets.len() {
-            let (normal, at) = self.advance(k);
-            let packet = &mut self.packets[k];
-            let (flux, leaving) = packet.flux.split(packet.direction, normal, &at);
-            let alive = packet.alive;
+            let at = self.arrive(k);
+            let (beam, exit, packet) = (&mut self.beams[k], &self.exits[k], &mut self.packets[k]);
+            let direction = Triple::load(&beam.direction);
+            let (flux, leaving) = packet.flux.split(direction, exit.normal, &at);
+            let alive = beam.alive;
             let out = alive & !at.total.bits();
             let outgoing = &mut self.outgoing[k];
             outgoing.lanes = out;
             if out != 0 {
                 outgoing.intensity = leaving;
-                outgoing.aim = Aim::new(self.light, packet.origin, at.refracted(packet.direction, normal));
+                outgoing.aim = Aim::new(self.light, exit.point, at.refracted(direction, exit.normal));
             }
-            packet.direction = at.reflected(packet.direction, normal);
+            beam.origin = exit.point.stored();
+            beam.direction = at.reflected(direction, exit.normal).stored();
             packet.flux = flux;
             self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
-            self.packets[k].alive = self.surviving(alive, flux.intensity());
+            self.beams[k].alive = self.surviving(alive, flux.intensity());
         }
     }
 
-    /// Moves a packet to the surface, fading on the way.
+    /// A packet's arrival at the surface, faded by the way.
     #[inline(always)]
-    fn advance(&mut self, k: usize) -> (Triple<V>, Incidence<V>) {
-        let packet = &mut self.packets[k];
+    fn arrive(&mut self, k: usize) -> Incidence<V> {
+        let (exit, packet) = (&self.exits[k], &mut self.packets[k]);
         let medium = &self.blocks[packet.block].media[self.chain.material];
-        let planes = &self.chain.planes;
-        let exit = planes.exits(packet.origin, packet.direction, packet.alive, &mut self.guess);
-        packet.origin = exit.point;
         if medium.absorbs {
             packet.flux = packet.flux.scaled(exp2(-(V::load(&medium.fade) * exit.distance)));
         }
         let [n, n2, one_less_n2] = &medium.index;
-        let at = Incidence::new(exit.cosine, V::load(n), V::load(n2), V::load(one_less_n2));
-        (exit.normal, at)
+        Incidence::new(exit.cosine, V::load(n), V::load(n2), V::load(one_less_n2))
     }
 
     /// Adds the light of what has just left the stone.
@@ -188,7 +184,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     fn retire(&mut self) {
         let mut k = 0;
         while k < self.packets.len() {
-            if self.packets[k].alive == 0 {
+            if self.beams[k].alive == 0 {
+                self.beams.swap_remove(k);
                 let packet = self.packets.swap_remove(k);
                 self.deliver(&packet);
             } else {
@@ -210,11 +207,11 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     /// What becomes of rays that would make one event too many.
     #[inline(always)]
     fn at_limit(&mut self) {
+        self.chain.planes.exits(&self.beams, &mut self.exits);
         for k in 0..self.packets.len() {
-            let (normal, at) = self.advance(k);
-            let packet = &self.packets[k];
-            let lanes = packet.alive;
-            let left = packet.flux.intensity();
+            let at = self.arrive(k);
+            let (lanes, exit) = (self.beams[k].alive, &self.exits[k]);
+            let left = self.packets[k].flux.intensity();
             self.ledger.count(u64::from(lanes.count_ones()));
             if self.chain.leftover == Leftover::Drop {
                 self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
@@ -222,12 +219,13 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
                 continue;
             }
             self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
-            let out = at.refracted(packet.direction, normal);
-            let out = Triple::select(at.total, packet.direction, out);
+            let direction = Triple::load(&self.beams[k].direction);
+            let out = Triple::select(at.total, direction, at.refracted(direction, exit.normal));
             self.outgoing[k] =
-                Outgoing { aim: Aim::new(self.light, packet.origin, out), intensity: left, lanes };
+                Outgoing { aim: Aim::new(self.light, exit.point, out), intensity: left, lanes };
         }
         self.gather();
+        self.beams.clear();
         while let Some(packet) = self.packets.pop() {
             self.deliver(&packet);
         }

@@ -1,11 +1,15 @@
 use super::*;
-use crate::incidence::Incidence;
+use crate::{
+    incidence::Incidence,
+    planes::{BATCH, Beam, Exit},
+};
 use glam::DVec3;
 use spectral_core::{
     camera::{Camera, Projection},
     environment::Environment,
     material::Catalogue,
     mesh::Mesh,
+    prepare::Geometry,
     scene::{Scene, Stone},
     shape::ShapeSpec,
 };
@@ -52,7 +56,7 @@ impl Task for Guesses<'_> {
             // The whole packet, and each half by itself.
             for lanes in [0xffff, 0x00ff, 0xff00] {
                 let mut guess = guess;
-                let exit = chain.planes.exits(origin, direction, lanes, &mut guess);
+                let exit = chain.planes.exit(origin, direction, lanes, &mut guess);
                 let [x, y, z] = exit.point.stored();
                 results.push([x, y, z, exit.distance.stored()]);
             }
@@ -67,15 +71,7 @@ fn what_a_ray_meets_depends_neither_on_the_guess_nor_on_its_neighbours() {
         let (chain, scene) = chain(shape);
         let (geometry, mut noise) = (&scene.geometry, noise(9));
         for round in 0..60 {
-            let mut rows = [[Row::default(); 3]; 2];
-            for lane in 0..WIDTH {
-                let origin = DVec3::from([noise(), noise(), noise()].map(f64::from)) * 0.4;
-                let corner = geometry.positions[(round * WIDTH + lane) % geometry.positions.len()];
-                let aim = DVec3::from([noise(), noise(), noise()].map(f64::from));
-                let direction = if lane % 4 == 0 { corner - origin + aim * 1e-6 } else { aim };
-                put(&mut rows[0], lane, origin.as_vec3().to_array());
-                put(&mut rows[1], lane, direction.normalize().as_vec3().to_array());
-            }
+            let rows = rays(geometry, &mut noise, round);
             let count = geometry.facets.len();
             let results = chain.instructions.run(Guesses(&chain, rows, count));
             for (k, result) in results.iter().enumerate() {
@@ -100,6 +96,63 @@ fn what_a_ray_meets_depends_neither_on_the_guess_nor_on_its_neighbours() {
     }
 }
 
+/// Rays from anywhere in the stone; every fourth one aims at a corner.
+fn rays(geometry: &Geometry, noise: &mut impl FnMut() -> f32, round: usize) -> [[Row; 3]; 2] {
+    let mut rows = [[Row::default(); 3]; 2];
+    for lane in 0..WIDTH {
+        let origin = DVec3::from([noise(), noise(), noise()].map(f64::from)) * 0.4;
+        let corner = geometry.positions[(round * WIDTH + lane) % geometry.positions.len()];
+        let aim = DVec3::from([noise(), noise(), noise()].map(f64::from));
+        let direction = if lane % 4 == 0 { corner - origin + aim * 1e-6 } else { aim };
+        put(&mut rows[0], lane, origin.as_vec3().to_array());
+        put(&mut rows[1], lane, direction.normalize().as_vec3().to_array());
+    }
+    rows
+}
+
+/// Packets of rays, together and each by itself.
+struct Company<'a>(&'a Chain, &'a [Beam]);
+
+impl Task for Company<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<V: Lanes>(self) {
+        let mut exits = vec![Exit::<V>::nowhere(); self.1.len()];
+        self.0.planes.exits(self.1, &mut exits);
+        for (beam, exit) in self.1.iter().zip(&exits) {
+            let [origin, direction] = [&beam.origin, &beam.direction].map(Triple::<V>::load);
+            let alone = self.0.planes.exit(origin, direction, beam.alive, &mut 0);
+            for (found, expected) in [(exit.point, alone.point), (exit.normal, alone.normal)] {
+                for (found, expected) in found.stored().into_iter().zip(expected.stored()) {
+                    for lane in (0..WIDTH).filter(|lane| beam.alive >> lane & 1 == 1) {
+                        assert_eq!(found.0[lane].to_bits(), expected.0[lane].to_bits());
+                    }
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn what_a_ray_meets_does_not_depend_on_the_packets_it_goes_with() {
+    for shape in ShapeSpec::NAMES {
+        let (chain, scene) = chain(shape);
+        let mut noise = noise(5);
+        let beam = |round| {
+            let [origin, direction] = rays(&scene.geometry, &mut noise, round);
+            Beam { origin, direction, alive: (noise() * 1e6) as i32 as u16 | 1 << (round % WIDTH) }
+        };
+        let beams: Vec<Beam> = (0..BATCH).map(beam).collect();
+        // With few rays left there is another way to search for them.
+        for count in [1, 2, 7, 16, 33, BATCH] {
+            for set in Instructions::ALL.into_iter().filter(|set| set.available()) {
+                set.run(Company(&chain, &beams[..count]));
+            }
+        }
+    }
+}
+
 #[test]
 fn a_start_beyond_a_plane_leaves_through_it_at_once() {
     struct Corner<'a>(&'a Chain, [f32; 3], [f32; 3]);
@@ -108,7 +161,7 @@ fn a_start_beyond_a_plane_leaves_through_it_at_once() {
         #[inline(always)]
         fn run<V: Lanes>(self) -> Self::Output {
             let (origin, direction) = (Triple::<V>::splat(self.1), Triple::splat(self.2));
-            let exit = self.0.planes.exits(origin, direction, 1, &mut 0);
+            let exit = self.0.planes.exit(origin, direction, 1, &mut 0);
             let normal = exit.normal.stored();
             (exit.distance.lane(0), normal.map(|row| row.0[0]))
         }

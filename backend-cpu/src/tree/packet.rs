@@ -136,7 +136,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
     fn go_on(&mut self, block: &Block, mut packet: Packet<V, F>, sum: &mut V) {
         if let Some((rank, planes)) = self.tree.planes(packet.nest) {
             let guess = &mut self.guesses[rank as usize];
-            let exit = planes.exits(packet.origin, packet.direction, packet.lanes, guess);
+            let exit = planes.exit(packet.origin, packet.direction, packet.lanes, guess);
             let event = Event {
                 lanes: packet.lanes,
                 point: exit.point,

@@ -5,9 +5,10 @@ use crate::{
     scene::{self, Studio},
     store::{self, Packet},
 };
+use accel::lanes::Row;
 use backend_cpu::{
     Instructions,
-    measure::{Exits, RayPacket},
+    measure::{Beam, Exits},
 };
 use cpu_time::ProcessTime;
 use serde_json::{Value, json};
@@ -23,7 +24,7 @@ pub fn heap(instructions: Instructions) -> Result<Value, Failure> {
     let exits = Exits::new(&scene, instructions).ok_or("the scene is one convex stone")?;
     let stones = vec![exits; meshes::STONES];
     let rays = meshes::internal(&scene);
-    let packets: Vec<RayPacket> = rays.iter().map(packet).collect();
+    let packets: Vec<Beam> = rays.iter().map(packet).collect();
     let mut distances = vec![[0.0; store::WIDTH]; packets.len()];
     let time = ProcessTime::now();
     for (group, (packets, distances)) in
@@ -34,8 +35,8 @@ pub fn heap(instructions: Instructions) -> Result<Value, Failure> {
     Ok(report(time.elapsed().as_secs_f64(), &rays, &distances))
 }
 
-fn packet(p: &Packet) -> RayPacket {
-    RayPacket::new(p.origin, p.direction, p.alive as u16)
+fn packet(p: &Packet) -> Beam {
+    Beam { origin: p.origin.map(Row), direction: p.direction.map(Row), alive: p.alive as u16 }
 }
 
 fn report(cpu: f64, rays: &[Packet], distances: &[[f32; store::WIDTH]]) -> Value {
@@ -53,7 +54,7 @@ pub fn measure(instructions: Instructions, folder: &Path) -> Result<Value, Failu
     let scene = scene::prepared(Studio::Coloured, &scene::shallow("scalar")?)?;
     let exits = Exits::new(&scene, instructions).ok_or("the scene is one convex stone")?;
     let rays = store::read_packets(&folder.join("internal.rays"))?;
-    let packets: Vec<RayPacket> = rays.iter().map(packet).collect();
+    let packets: Vec<Beam> = rays.iter().map(packet).collect();
     let mut distances = vec![[0.0; store::WIDTH]; packets.len()];
     let time = ProcessTime::now();
     for _ in 0..REPEATS {

@@ -1,0 +1,161 @@
+//! Many packets of rays at a time: guesses for all, then verification of all, and the same again for the packets
+//! that have rays left. No step waits for a decision, so the processor overlaps one packet's arithmetic with
+//! another's.
+
+use super::{Exit, Planes};
+use accel::lanes::{Lanes, Row, Triple, WIDTH};
+
+/// Packets that go together.
+pub(crate) const BATCH: usize = 64;
+/// With so few rays in sixteen lanes, searching for each by itself is quicker.
+const FEW: usize = 7;
+
+/// Sixteen rays inside a stone.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Beam {
+    /// mm.
+    pub origin: [Row; 3],
+    /// Unit vectors.
+    pub direction: [Row; 3],
+    /// The rays there are, as bits; what the other lanes hold is finite.
+    pub alive: u16,
+}
+
+impl Beam {
+    #[inline(always)]
+    fn ray(&self, lane: usize) -> [[f32; 3]; 2] {
+        let lane = lane % WIDTH;
+        [&self.origin, &self.direction].map(|rows| [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]])
+    }
+}
+
+/// One ray of each packet that has some left.
+struct Leads {
+    rays: [[[Row; 3]; 2]; BATCH / WIDTH],
+    /// The packet.
+    packet: [u8; BATCH],
+    /// The ray's lane, as a bit.
+    lane: [u16; BATCH],
+    /// The facet that is guessed for it.
+    facet: [u16; BATCH],
+    count: usize,
+}
+
+impl Leads {
+    /// The lane in the middle of those that are set: what it meets serves most of them.
+    #[inline(always)]
+    fn middle(open: u16) -> usize {
+        let open = u32::from(open);
+        let (first, last) = (open.trailing_zeros(), 31 - (open | 1).leading_zeros());
+        let half = (first + last).div_ceil(2) % 16;
+        (open >> half << half).trailing_zeros() as usize % WIDTH
+    }
+
+    /// Takes a lead from each packet that is listed.
+    #[inline(always)]
+    fn choose(&mut self, beams: &[Beam], open: &[u16; BATCH]) {
+        for i in 0..self.count {
+            let packet = usize::from(self.packet[i]) % BATCH;
+            let lane = Self::middle(open[packet]);
+            self.lane[i] = 1 << lane;
+            let [origin, direction] = beams[packet].ray(lane);
+            let rays = &mut self.rays[i / WIDTH];
+            for axis in 0..3 {
+                rays[0][axis].0[i % WIDTH] = origin[axis];
+                rays[1][axis].0[i % WIDTH] = direction[axis];
+            }
+        }
+    }
+}
+
+impl Planes {
+    /// Where rays inside the stone leave it: [`exit`](Self::exit) for at most [`BATCH`] packets.
+    #[inline(always)]
+    pub fn exits<V: Lanes>(&self, beams: &[Beam], exits: &mut [Exit<V>]) {
+        let (beams, exits) = (&beams[..beams.len().min(BATCH)], &mut exits[..beams.len()]);
+        let mut open = [0; BATCH];
+        let mut leads = Leads {
+            rays: [[[Row::default(); 3]; 2]; BATCH / WIDTH],
+            packet: std::array::from_fn(|i| i as u8),
+            lane: [0; BATCH],
+            facet: [0; BATCH],
+            count: beams.len(),
+        };
+        for (open, beam) in open.iter_mut().zip(beams) {
+            *open = beam.alive;
+        }
+        leads.choose(beams, &open);
+        self.guess::<V>(&mut leads, true);
+        leads.count = 0;
+        for (k, (beam, exit)) in beams.iter().zip(exits.iter_mut()).enumerate() {
+            let (met, inside) = self.verify_beam(beam, leads.facet[k]);
+            *exit = met;
+            open[k] &= !inside;
+            leads.packet[leads.count] = k as u8;
+            leads.count += usize::from(open[k] != 0);
+        }
+        while leads.count > 0 {
+            leads.choose(beams, &open);
+            self.guess::<V>(&mut leads, false);
+            self.settle(beams, exits, &mut open, &mut leads);
+        }
+    }
+
+    /// Verifies the guesses, and keeps the packets that still have rays left.
+    #[inline(always)]
+    fn settle<V: Lanes>(
+        &self,
+        beams: &[Beam],
+        exits: &mut [Exit<V>],
+        open: &mut [u16; BATCH],
+        leads: &mut Leads,
+    ) {
+        let mut kept = 0;
+        for i in 0..leads.count {
+            let k = usize::from(leads.packet[i]) % BATCH;
+            let (met, inside) = self.verify_beam(&beams[k], leads.facet[i]);
+            open[k] &= !exits[k].accept(&met, open[k] & inside);
+            if open[k] & leads.lane[i] != 0 {
+                // Near an edge: one ray in ten thousand.
+                let ray = beams[k].ray(leads.lane[i].trailing_zeros() as usize);
+                let [facet, _] = self.search::<V>([ray; 2]);
+                let (met, _) = self.verify_beam(&beams[k], facet as u16);
+                // What a search has found needs no second opinion.
+                open[k] &= !exits[k].accept(&met, leads.lane[i]);
+            }
+            leads.packet[kept] = k as u8;
+            kept += usize::from(open[k] != 0);
+        }
+        leads.count = kept;
+    }
+
+    #[inline(always)]
+    fn verify_beam<V: Lanes>(&self, beam: &Beam, facet: u16) -> (Exit<V>, u16) {
+        self.verify(Triple::load(&beam.origin), Triple::load(&beam.direction), usize::from(facet))
+    }
+
+    /// Guesses a facet for every lead; `first`: the large facets are enough.
+    #[inline(always)]
+    fn guess<V: Lanes>(&self, leads: &mut Leads, first: bool) {
+        let Leads { rays, facet, count, .. } = leads;
+        for (group, (rays, facets)) in rays.iter().zip(facet.as_chunks_mut::<WIDTH>().0).enumerate() {
+            let count = count.saturating_sub(group * WIDTH);
+            if count == 0 {
+                break;
+            }
+            if first || count > FEW {
+                let found = self.guesses::<V>(rays, first);
+                for (facet, found) in facets.iter_mut().zip(found.0) {
+                    *facet = found as u16;
+                }
+                continue;
+            }
+            let ray = |lane: usize| rays.each_ref().map(|rows| rows.each_ref().map(|row| row.0[lane]));
+            for lane in (0..count).step_by(2) {
+                let found = self.search::<V>([ray(lane), ray(lane + 1)]);
+                facets[lane] = found[0] as u16;
+                facets[lane + 1] = found[1] as u16;
+            }
+        }
+    }
+}
