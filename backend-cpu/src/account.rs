@@ -1,5 +1,6 @@
 //! The books: rays and energy, summed so that the order of work does not show.
 
+use accel::lanes::WIDTH;
 use spectral_core::tracer::Energy;
 
 /// The account of one pixel sample, in plain sums: its order of events is fixed.
@@ -55,9 +56,10 @@ impl Ledger {
     }
 
     /// Adds shares of throughput.
-    pub fn add(&mut self, fate: Fate, shares: &[f32]) {
-        self.energies[fate as usize] +=
-            shares.iter().map(|share| (f64::from(*share) * UNIT) as u128).sum::<u128>();
+    pub fn add(&mut self, fate: Fate, shares: &[f32; WIDTH]) {
+        // A share is at most 1, or rounding more: sixteen of them fit.
+        let parts: u64 = shares.iter().map(|share| (f64::from(*share) * UNIT) as u64).sum();
+        self.energies[fate as usize] += u128::from(parts);
     }
 
     pub fn rays(&self) -> u64 {

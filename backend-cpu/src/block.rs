@@ -20,12 +20,15 @@ pub(crate) struct Medium {
     pub metal: bool,
 }
 
-/// Sixteen spectral lines. The lines of a pixel's samples follow each other, wavelengths innermost, so that a
-/// block may hold the end of one sample and the beginning of the next.
+/// Sixteen spectral lines of a pixel's samples, neighbours by wavelength: within a pixel it is dispersion that parts
+/// rays, not where in the pixel they began, for plane mirrors keep parallel rays parallel. So they meet the same facets
+/// for longer than the lines of one sample would.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
-    /// The lanes that hold a line.
+    /// The lanes that hold a line: the first ones.
     pub lanes: u16,
+    /// Of each lane, its place among the lines of the pixel's samples, sample by sample, wavelengths innermost.
+    place: [u32; WIDTH],
     /// Of each lane, its sample counted from the pixel's first; empty lanes repeat the last.
     pub sample: [u32; WIDTH],
     /// By material.
@@ -39,9 +42,14 @@ struct Line<'a> {
     sample: u32,
     table: &'a SpectralTable,
     index: usize,
+    place: u32,
 }
 
 impl Line<'_> {
+    fn wavelength(&self) -> f64 {
+        self.table.wavelengths[self.index]
+    }
+
     fn basis(&self) -> &[f64; 7] {
         &self.table.basis[self.index]
     }
@@ -81,25 +89,36 @@ impl Medium {
 impl Block {
     /// The blocks of samples with these tables.
     pub fn all<'a>(samples: impl Iterator<Item = &'a SpectralTable>) -> Vec<Self> {
-        let lines: Vec<Line<'_>> = (0..)
+        let mut lines: Vec<Line<'_>> = (0..)
             .zip(samples)
-            .flat_map(|(sample, table)| {
-                (0..table.wavelengths.len()).map(move |index| Line { sample, table, index })
-            })
+            .flat_map(|(sample, table)| (0..table.wavelengths.len()).map(move |index| (sample, table, index)))
+            .zip(0..)
+            .map(|((sample, table, index), place)| Line { sample, table, index, place })
             .collect();
+        lines.sort_by(|a, b| a.wavelength().total_cmp(&b.wavelength()));
         lines.chunks(WIDTH).map(Self::new).collect()
     }
 
     fn new(lines: &[Line<'_>]) -> Self {
-        let place = |lane: usize| &lines[lane.min(lines.len() - 1)];
-        let basis = |k: usize| Row(std::array::from_fn(|lane| place(lane).basis()[k] as f32));
+        let line = |lane: usize| &lines[lane.min(lines.len() - 1)];
+        let basis = |k: usize| Row(std::array::from_fn(|lane| line(lane).basis()[k] as f32));
         let materials = lines.first().map_or(0, |line| line.table.media.len());
-        let medium = |m: usize| Medium::new(|lane| place(lane).table.media[m][place(lane).index]);
+        let medium = |m: usize| Medium::new(|lane| line(lane).table.media[m][line(lane).index]);
         Block {
             lanes: ((1u32 << lines.len()) - 1) as u16,
-            sample: std::array::from_fn(|lane| place(lane).sample),
+            place: std::array::from_fn(|lane| line(lane).place),
+            sample: std::array::from_fn(|lane| line(lane).sample),
             media: (0..materials).map(medium).collect(),
             basis: std::array::from_fn(basis),
+        }
+    }
+
+    /// Puts each line's number where it belongs among those of its pixel.
+    #[inline(always)]
+    pub fn scatter<V: Lanes>(&self, values: V, pixel: &mut [f32]) {
+        let values = values.stored().0;
+        for lane in 0..self.lanes.count_ones() as usize {
+            pixel[self.place[lane] as usize] = values[lane];
         }
     }
 

@@ -6,6 +6,7 @@ mod packet;
 use crate::{
     account::Ledger,
     block::Block,
+    entry::Entry,
     incidence::{Flux, Mean, Polarized, first_axis},
     light::Light,
     planes::Planes,
@@ -14,6 +15,7 @@ use crate::{
 };
 use accel::lanes::{Lanes, Row, Triple, WIDTH, put};
 use accel::{Instructions, Task};
+use glam::DVec3;
 use packet::{Arrival, Batch};
 use spectral_core::{
     camera::CameraRay,
@@ -72,7 +74,7 @@ impl Chain {
     }
 }
 
-#[cfg(feature = "measure")]
+#[cfg(any(test, feature = "measure"))]
 impl Chain {
     /// The stone's planes.
     pub fn planes(&self) -> &Planes {
@@ -105,20 +107,21 @@ impl TileTracer for ChainTracer<'_> {
 impl ChainTracer<'_> {
     fn arrivals(&self, tile: Tile, samples: &Range<u32>) -> Vec<Arrival> {
         let (scene, mut arrivals) = (self.scene, Vec::new());
+        let mut entry = Entry::new(&scene.geometry, &scene.geometry.stones[0], &self.chain.planes);
         for y in tile.y..tile.y + tile.height {
             for x in tile.x..tile.x + tile.width {
                 for sample in samples.clone() {
                     let [dx, dy] = scene.settings.offset(sample);
-                    arrivals.push(self.arrival(&scene.view.ray(f64::from(x) + dx, f64::from(y) + dy)));
+                    let ray = scene.view.ray(f64::from(x) + dx, f64::from(y) + dy);
+                    arrivals.push(self.arrival(&ray, entry.next(&ray)));
                 }
             }
         }
         arrivals
     }
 
-    fn arrival(&self, ray: &CameraRay) -> Arrival {
-        let stone = &self.scene.geometry.stones[0];
-        let Some((point, facet)) = self.scene.geometry.entry(stone, ray) else {
+    fn arrival(&self, ray: &CameraRay, entry: Option<(DVec3, usize)>) -> Arrival {
+        let Some((point, facet)) = entry else {
             if self.scene.background == Background::Transparent {
                 return Arrival::default();
             }
@@ -203,7 +206,7 @@ impl Paths<'_> {
                         return false;
                     }
                 }
-                batch.enter(block, pixel * lines + block * WIDTH, arrivals, behind);
+                batch.enter(block, pixel * lines, arrivals, behind);
             }
         }
         batch.run();
@@ -212,4 +215,4 @@ impl Paths<'_> {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

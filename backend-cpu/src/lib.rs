@@ -11,6 +11,7 @@
 mod account;
 mod block;
 mod chain;
+mod entry;
 mod incidence;
 mod light;
 #[cfg(feature = "measure")]

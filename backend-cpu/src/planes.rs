@@ -13,6 +13,7 @@ mod batch;
 mod search;
 
 use accel::lanes::{Lanes, Mask, Triple, WIDTH};
+use glam::Vec3;
 use search::{Block, Candidate};
 use spectral_core::prepare::{FacetPlane, Geometry, Outline, PreparedStone, Side};
 use std::ops::Range;
@@ -104,6 +105,12 @@ impl Planes {
     /// The unit outward normal of a facet.
     pub fn normal(&self, facet: usize) -> [f32; 3] {
         self.facets[facet].normal
+    }
+
+    /// Whether a point in a facet's plane is well inside its polygon.
+    pub fn holds(&self, facet: usize, point: Vec3) -> bool {
+        let groups = &self.sides[self.facets[facet].around.clone()];
+        groups.as_flattened().iter().all(|side| Vec3::from(side.normal).dot(point) < side.offset)
     }
 
     /// Where sixteen rays inside the stone that are `alive` leave it; other lanes hold any finite values. `guess` is

@@ -12,7 +12,7 @@ use crate::{
     schedule::{Finished, TileTracer},
     surface::{Crossing, Surfaces},
 };
-use accel::lanes::{Lanes, WIDTH};
+use accel::lanes::Lanes;
 use accel::{Instructions, Task};
 use glam::Vec3;
 use packet::Walk;
@@ -193,10 +193,9 @@ impl Paths<'_> {
         let lines = scene.wavelength_count() * self.samples;
         let mut walk = Walk::<V, F>::new(tree, light, self.ledger, self.stop);
         for (pixel, arrivals) in self.arrivals.chunks_exact(self.samples).enumerate() {
-            for (b, block) in self.blocks.iter().enumerate() {
-                let radiances = walk.radiance(block, arrivals, behind).stored();
-                let lanes = block.lanes.count_ones() as usize;
-                self.radiances[pixel * lines + b * WIDTH..][..lanes].copy_from_slice(&radiances.0[..lanes]);
+            for block in self.blocks {
+                let radiances = walk.radiance(block, arrivals, behind);
+                block.scatter(radiances, &mut self.radiances[pixel * lines..][..lines]);
             }
             if self.stop.load(Ordering::Relaxed) {
                 return false;

@@ -13,7 +13,7 @@ mod spectral;
 pub use geometry::{FacetPlane, Geometry, PreparedStone};
 pub use nest::{Nest, Rank};
 pub use outline::{Outline, Side};
-pub use rounding::Rounding;
+pub use rounding::{Rounding, Span};
 pub use spectral::{Medium, SpectralTable};
 
 use crate::{

@@ -1,8 +1,9 @@
 //! Packets of sixteen wavelengths on their way through one convex stone.
 //!
 //! What leaves a convex stone never comes back, so a path is a chain of internal reflections. A batch of packets
-//! makes each reflection together, phase by phase: exits, then Fresnel and the aim of what leaves, then its light;
-//! packets are independent, so the processor overlaps one's arithmetic with another's memory.
+//! makes each reflection together, phase by phase: exits, then Fresnel, then the aim of what leaves, then its light;
+//! packets are independent, so the processor overlaps one's arithmetic with another's memory. Whether anything leaves
+//! is hard to foresee, so what does is listed and nothing branches on it.
 
 use super::Chain;
 use crate::{
@@ -38,13 +39,15 @@ struct Packet<V, F> {
     flux: F,
     radiance: V,
     block: usize,
-    /// Where its radiances belong.
+    /// Where the radiances of its pixel begin.
     place: usize,
 }
 
 /// What a packet has just sent out of the stone.
 #[derive(Clone, Copy)]
 struct Outgoing<V> {
+    packet: usize,
+    direction: Triple<V>,
     aim: Aim<V>,
     intensity: V,
     lanes: u16,
@@ -59,6 +62,8 @@ pub(crate) struct Batch<'a, V: Lanes, F> {
     packets: Vec<Packet<V, F>>,
     exits: Vec<Exit<V>>,
     outgoing: Vec<Outgoing<V>>,
+    /// How many of those there are.
+    leaving: usize,
     /// One number a lane, of all pixels of the tile.
     radiances: &'a mut [f32],
     ledger: &'a mut Ledger,
@@ -73,10 +78,11 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         radiances: &'a mut [f32],
         ledger: &'a mut Ledger,
     ) -> Self {
-        let nothing = Outgoing { aim: Aim::nowhere(), intensity: V::splat(0.0), lanes: 0 };
+        let (zero, direction) = (V::splat(0.0), Triple::splat([0.0; 3]));
+        let nothing = Outgoing { packet: 0, direction, aim: Aim::nowhere(), intensity: zero, lanes: 0 };
         let (beams, packets) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
         let (exits, outgoing) = (vec![Exit::nowhere(); BATCH], vec![nothing; BATCH]);
-        Batch { chain, light, blocks, beams, packets, exits, outgoing, radiances, ledger }
+        Batch { chain, light, blocks, beams, packets, exits, outgoing, leaving: 0, radiances, ledger }
     }
 
     /// Whether the next packet must wait.
@@ -132,25 +138,30 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     #[inline(always)]
     fn reflect(&mut self) {
         self.chain.planes.exits(&self.beams, &mut self.exits);
+        self.leaving = 0;
         for k in 0..self.packets.len() {
             let at = self.arrive(k);
             let (beam, exit, packet) = (&mut self.beams[k], &self.exits[k], &mut self.packets[k]);
             let direction = Triple::load(&beam.direction);
-            let (flux, leaving) = packet.flux.split(direction, exit.normal, &at);
+            let (flux, intensity) = packet.flux.split(direction, exit.normal, &at);
             let alive = beam.alive;
             let out = alive & !at.total.bits();
-            let outgoing = &mut self.outgoing[k];
-            outgoing.lanes = out;
-            if out != 0 {
-                outgoing.intensity = leaving;
-                outgoing.aim = Aim::new(self.light, exit.point, at.refracted(direction, exit.normal));
-            }
             beam.origin = exit.point.stored();
             beam.direction = at.reflected(direction, exit.normal).stored();
             packet.flux = flux;
             self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
+            self.send(k, at.refracted(direction, exit.normal), intensity, out);
             self.beams[k].alive = self.surviving(alive, flux.intensity());
         }
+    }
+
+    /// Lists what leaves, if it is any.
+    #[inline(always)]
+    fn send(&mut self, packet: usize, direction: Triple<V>, intensity: V, lanes: u16) {
+        let outgoing = &mut self.outgoing[self.leaving];
+        (outgoing.packet, outgoing.lanes) = (packet, lanes);
+        (outgoing.direction, outgoing.intensity) = (direction, intensity);
+        self.leaving += usize::from(lanes != 0);
     }
 
     /// A packet's arrival at the surface, faded by the way.
@@ -168,14 +179,16 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     /// Adds the light of what has just left the stone.
     #[inline(always)]
     fn gather(&mut self) {
-        for (packet, out) in self.packets.iter_mut().zip(&self.outgoing) {
-            if out.lanes != 0 {
-                let colours = out.aim.colours(self.light, out.lanes);
-                let light = self.blocks[packet.block].expand(colours);
-                let lanes = V::Mask::from_bits(out.lanes);
-                packet.radiance =
-                    V::select(lanes, light.fma(out.intensity, packet.radiance), packet.radiance);
-            }
+        let outgoing = &mut self.outgoing[..self.leaving];
+        for out in outgoing.iter_mut() {
+            let origin = Triple::load(&self.beams[out.packet].origin);
+            out.aim = Aim::new(self.light, origin, out.direction);
+        }
+        for out in outgoing {
+            let packet = &mut self.packets[out.packet];
+            let light = self.blocks[packet.block].expand(out.aim.colours(self.light, out.lanes));
+            let lanes = V::Mask::from_bits(out.lanes);
+            packet.radiance = V::select(lanes, light.fma(out.intensity, packet.radiance), packet.radiance);
         }
     }
 
@@ -208,6 +221,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     #[inline(always)]
     fn at_limit(&mut self) {
         self.chain.planes.exits(&self.beams, &mut self.exits);
+        self.leaving = 0;
         for k in 0..self.packets.len() {
             let at = self.arrive(k);
             let (lanes, exit) = (self.beams[k].alive, &self.exits[k]);
@@ -215,14 +229,13 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             self.ledger.count(u64::from(lanes.count_ones()));
             if self.chain.leftover == Leftover::Drop {
                 self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
-                self.outgoing[k].lanes = 0;
                 continue;
             }
             self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
             let direction = Triple::load(&self.beams[k].direction);
             let out = Triple::select(at.total, direction, at.refracted(direction, exit.normal));
-            self.outgoing[k] =
-                Outgoing { aim: Aim::new(self.light, exit.point, out), intensity: left, lanes };
+            self.beams[k].origin = exit.point.stored();
+            self.send(k, out, left, lanes);
         }
         self.gather();
         self.beams.clear();
@@ -233,10 +246,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
 
     #[inline(always)]
     fn deliver(&mut self, packet: &Packet<V, F>) {
-        let mut row = Row::default();
-        packet.radiance.store(&mut row);
-        let lanes = self.blocks[packet.block].lanes.count_ones() as usize;
-        self.radiances[packet.place..packet.place + lanes].copy_from_slice(&row.0[..lanes]);
+        self.blocks[packet.block].scatter(packet.radiance, &mut self.radiances[packet.place..]);
     }
 }
 

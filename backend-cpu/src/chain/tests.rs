@@ -15,7 +15,7 @@ use spectral_core::{
 };
 use std::sync::Arc;
 
-fn chain(shape: &str) -> (Chain, PreparedScene) {
+pub(crate) fn chain(shape: &str) -> (Chain, PreparedScene) {
     let (mesh, _): (Mesh, _) = ShapeSpec::by_name(shape).unwrap().cut().unwrap().solid().unwrap();
     let diamond = Catalogue::builtin().get("diamond").unwrap().clone();
     let projection = Projection::Orthographic { height: 10.0 };

@@ -28,6 +28,27 @@ impl Rounding {
     pub const RESCUE: [f32; 2] = [4.0, 64.0];
 }
 
+/// The part of a ray that is inside all planes of a convex stone; none if `far` is less than `near`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Span {
+    /// Where the ray is inside of all planes that face its origin, mm along the ray; not negative.
+    pub near: f64,
+    /// The last of those planes, counted from the stone's first facet; `usize::MAX` if the ray begins inside of all.
+    pub first: usize,
+    /// Where the ray meets the first of the planes that face away, mm.
+    pub far: f64,
+    /// That plane; `usize::MAX` if there is none.
+    pub last: usize,
+}
+
+impl Span {
+    /// Where the ray enters, and by which facet.
+    pub fn entry(&self, ray: &CameraRay) -> Option<(DVec3, usize)> {
+        let enters = self.first != usize::MAX && self.near <= self.far;
+        enters.then(|| (ray.origin + ray.direction * self.near, self.first))
+    }
+}
+
 impl Geometry {
     /// The bounds of rounding for these surfaces.
     pub fn rounding(&self) -> Rounding {
@@ -42,23 +63,30 @@ impl Geometry {
 
     /// Where a ray from outside enters a convex stone, and by which facet, counted from the stone's first.
     pub fn entry(&self, stone: &PreparedStone, ray: &CameraRay) -> Option<(DVec3, usize)> {
-        let (mut near, mut far) = ((0.0, usize::MAX), f64::INFINITY);
+        self.span(stone, ray).entry(ray)
+    }
+
+    /// Between which planes a ray is inside a convex stone.
+    pub fn span(&self, stone: &PreparedStone, ray: &CameraRay) -> Span {
+        let mut span = Span { near: 0.0, first: usize::MAX, far: f64::INFINITY, last: usize::MAX };
         let facets = &self.facets[stone.facets.start as usize..stone.facets.end as usize];
         for (index, plane) in facets.iter().enumerate() {
             let towards = plane.normal.dot(ray.direction);
             let gap = plane.offset - plane.normal.dot(ray.origin);
             if towards < 0.0 {
-                if gap / towards > near.0 {
-                    near = (gap / towards, index);
+                if gap / towards > span.near {
+                    (span.near, span.first) = (gap / towards, index);
                 }
             } else if towards > 0.0 {
-                far = far.min(gap / towards);
+                if gap / towards < span.far {
+                    (span.far, span.last) = (gap / towards, index);
+                }
             } else if gap < 0.0 {
-                return None;
+                // Beside the stone, along one of its facets.
+                span.far = f64::NEG_INFINITY;
             }
         }
-        let (distance, facet) = near;
-        (facet != usize::MAX && distance <= far).then(|| (ray.origin + ray.direction * distance, facet))
+        span
     }
 
     /// The point where a camera ray comes near the stones, in double precision: single precision is then spent
