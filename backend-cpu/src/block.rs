@@ -20,16 +20,17 @@ pub(crate) struct Medium {
     pub metal: bool,
 }
 
-/// Sixteen spectral lines of a pixel's samples, neighbours by wavelength: within a pixel it is dispersion that parts
-/// rays, not where in the pixel they began, for plane mirrors keep parallel rays parallel. So they meet the same facets
-/// for longer than the lines of one sample would.
+/// Sixteen spectral lines of the samples of one pixel, or of a few, neighbours by wavelength: within a pixel it is
+/// dispersion that parts rays, not where in the pixel they began, for plane mirrors keep parallel rays parallel. So they
+/// meet the same facets for longer than the lines of one sample would.
 #[derive(Debug, Clone)]
 pub(crate) struct Block {
     /// The lanes that hold a line: the first ones.
     pub lanes: u16,
-    /// Of each lane, its place among the lines of the pixel's samples, sample by sample, wavelengths innermost.
+    /// Of each lane, its place among the lines of the pixels' samples, pixel by pixel, sample by sample, wavelengths
+    /// innermost.
     place: [u32; WIDTH],
-    /// Of each lane, its sample counted from the pixel's first; empty lanes repeat the last.
+    /// Of each lane, its sample counted from the first pixel's first; empty lanes repeat the last.
     pub sample: [u32; WIDTH],
     /// By material.
     pub media: Vec<Medium>,
@@ -87,8 +88,20 @@ impl Medium {
 }
 
 impl Block {
-    /// The blocks of samples with these tables.
-    pub fn all<'a>(samples: impl Iterator<Item = &'a SpectralTable>) -> Vec<Self> {
+    /// How many pixels with so many lines had best share their blocks: lanes that hold nothing cost as much as those
+    /// that do, but rays of different pixels meet different facets sooner.
+    pub fn pixels(lines: usize) -> usize {
+        // What a line costs more, measured on a brilliant.
+        const SHARED: [(usize, f64); 3] = [(1, 1.0), (2, 1.1), (4, 1.3)];
+        let cost = |&(pixels, cost): &(usize, f64)| {
+            cost * (pixels * lines).next_multiple_of(WIDTH) as f64 / (pixels * lines) as f64
+        };
+        SHARED.iter().min_by(|a, b| cost(a).total_cmp(&cost(b))).map_or(1, |(pixels, _)| *pixels)
+    }
+
+    /// The blocks of some pixels' samples with these tables, every pixel's the same.
+    pub fn all<'a>(pixels: usize, samples: impl Iterator<Item = &'a SpectralTable> + Clone) -> Vec<Self> {
+        let samples = (0..pixels).flat_map(|_| samples.clone());
         let mut lines: Vec<Line<'_>> = (0..)
             .zip(samples)
             .flat_map(|(sample, table)| (0..table.wavelengths.len()).map(move |index| (sample, table, index)))
@@ -113,12 +126,12 @@ impl Block {
         }
     }
 
-    /// Puts each line's number where it belongs among those of its pixel.
+    /// Puts each line's number where it belongs among those of its pixels.
     #[inline(always)]
-    pub fn scatter<V: Lanes>(&self, values: V, pixel: &mut [f32]) {
+    pub fn scatter<V: Lanes>(&self, values: V, pixels: &mut [f32]) {
         let values = values.stored().0;
         for lane in 0..self.lanes.count_ones() as usize {
-            pixel[self.place[lane] as usize] = values[lane];
+            pixels[self.place[lane] as usize] = values[lane];
         }
     }
 

@@ -52,6 +52,10 @@ struct Paths<'a> {
     arrivals: Vec<Arrival>,
     /// Samples a pixel.
     samples: usize,
+    /// Pixels that share their blocks.
+    pixels: usize,
+    /// The first block of the last pixels, which may be fewer.
+    last: usize,
     blocks: &'a [Block],
     radiances: &'a mut [f32],
     ledger: &'a mut Ledger,
@@ -85,8 +89,11 @@ impl Chain {
 impl TileTracer for ChainTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
         let (wavelengths, count) = (self.scene.wavelength_count(), samples.len());
-        let blocks = Block::all(samples.clone().map(|sample| self.scene.table(sample)));
         let arrivals = self.arrivals(tile, &samples);
+        let pixels = Block::pixels(wavelengths * count);
+        let tables = || samples.clone().map(|sample| self.scene.table(sample));
+        let rest = arrivals.len() / count % pixels;
+        let blocks = [pixels, rest].map(|pixels| Block::all(pixels, tables()));
         let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.covered).collect();
         let mut radiances = vec![0.0; arrivals.len() * wavelengths];
         let mut ledger = Ledger::default();
@@ -95,7 +102,9 @@ impl TileTracer for ChainTracer<'_> {
             tracer: self,
             arrivals,
             samples: count,
-            blocks: &blocks,
+            pixels,
+            last: blocks[0].len(),
+            blocks: &blocks.concat(),
             radiances: &mut radiances,
             ledger: &mut ledger,
             stop,
@@ -193,23 +202,27 @@ impl Paths<'_> {
     fn follow<V: Lanes, F: Flux<V>>(self) -> bool {
         let ChainTracer { chain, scene, light, .. } = self.tracer;
         let behind = scene.background != Background::Transparent;
-        let lines = self.radiances.len() / self.arrivals.len().max(1) * self.samples;
+        let lines = scene.wavelength_count() * self.samples;
         let mut batch = Batch::<V, F>::new(chain, light, self.blocks, self.radiances, self.ledger);
-        for (pixel, arrivals) in self.arrivals.chunks_exact(self.samples).enumerate() {
+        let group = self.samples * self.pixels;
+        for (number, arrivals) in self.arrivals.chunks(group).enumerate() {
+            let blocks = if arrivals.len() == group { 0..self.last } else { self.last..self.blocks.len() };
             if !behind && arrivals.iter().all(|arrival| !arrival.covered) {
                 continue;
             }
-            for block in 0..self.blocks.len() {
-                if batch.is_full() {
-                    batch.run();
+            for block in blocks {
+                while batch.is_full() {
+                    batch.step();
                     if self.stop.load(Ordering::Relaxed) {
                         return false;
                     }
                 }
-                batch.enter(block, pixel * lines, arrivals, behind);
+                batch.enter(block, number * self.pixels * lines, arrivals, behind);
             }
         }
-        batch.run();
+        while !batch.is_empty() {
+            batch.step();
+        }
         true
     }
 }

@@ -122,7 +122,7 @@ fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
 
 impl TileTracer for TreeTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
-        let blocks = Block::all(samples.clone().map(|sample| self.scene.table(sample)));
+        let blocks = Block::all(1, samples.clone().map(|sample| self.scene.table(sample)));
         let arrivals = self.arrivals(tile, &samples);
         let mut radiances = vec![0.0; arrivals.len() * self.scene.wavelength_count()];
         let mut ledger = Ledger::default();

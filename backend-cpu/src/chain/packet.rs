@@ -1,7 +1,7 @@
 //! Packets of sixteen wavelengths on their way through one convex stone.
 //!
 //! What leaves a convex stone never comes back, so a path is a chain of internal reflections. A batch of packets
-//! makes each reflection together, phase by phase: exits, then Fresnel, then the aim of what leaves, then its light;
+//! makes each reflection together, whichever it is for each of them, phase by phase: exits, then Fresnel, then the aim of what leaves, then its light;
 //! packets are independent, so the processor overlaps one's arithmetic with another's memory. Whether anything leaves
 //! is hard to foresee, so what does is listed and nothing branches on it.
 
@@ -39,8 +39,10 @@ struct Packet<V, F> {
     flux: F,
     radiance: V,
     block: usize,
-    /// Where the radiances of its pixel begin.
+    /// Where the radiances of its pixels begin.
     place: usize,
+    /// Surface events so far.
+    depth: u32,
 }
 
 /// What a packet has just sent out of the stone.
@@ -111,7 +113,7 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let direction = Triple::load(&gathered.direction);
         let direction = at.refracted(direction, Triple::load(&gathered.inward));
         let alive = self.surviving(gathered.lanes, flux.intensity());
-        let packet = Packet { flux, radiance, block, place };
+        let packet = Packet { flux, radiance, block, place, depth: 1 };
         if alive == 0 {
             self.deliver(&packet);
         } else {
@@ -120,39 +122,63 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         }
     }
 
-    /// Follows all packets to their ends.
+    /// Whether there is nothing to follow.
     #[inline(always)]
-    pub fn run(&mut self) {
-        for _ in 1..self.chain.max_depth {
-            if self.packets.is_empty() {
-                return;
-            }
-            self.reflect();
-            self.gather();
-            self.retire();
-        }
-        self.at_limit();
+    pub fn is_empty(&self) -> bool {
+        self.packets.is_empty()
     }
 
-    /// One internal reflection of every packet.
+    /// Follows every packet to its next surface.
     #[inline(always)]
-    fn reflect(&mut self) {
+    pub fn step(&mut self) {
         self.chain.planes.exits(&self.beams, &mut self.exits);
         self.leaving = 0;
         for k in 0..self.packets.len() {
-            let at = self.arrive(k);
-            let (beam, exit, packet) = (&mut self.beams[k], &self.exits[k], &mut self.packets[k]);
-            let direction = Triple::load(&beam.direction);
-            let (flux, intensity) = packet.flux.split(direction, exit.normal, &at);
-            let alive = beam.alive;
-            let out = alive & !at.total.bits();
-            beam.origin = exit.point.stored();
-            beam.direction = at.reflected(direction, exit.normal).stored();
-            packet.flux = flux;
-            self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
-            self.send(k, at.refracted(direction, exit.normal), intensity, out);
-            self.beams[k].alive = self.surviving(alive, flux.intensity());
+            if self.packets[k].depth < self.chain.max_depth {
+                self.reflect(k);
+            } else {
+                self.end(k);
+            }
         }
+        self.gather();
+        self.retire();
+    }
+
+    /// One internal reflection of a packet.
+    #[inline(always)]
+    fn reflect(&mut self, k: usize) {
+        let at = self.arrive(k);
+        let (beam, exit, packet) = (&mut self.beams[k], &self.exits[k], &mut self.packets[k]);
+        let direction = Triple::load(&beam.direction);
+        let (flux, intensity) = packet.flux.split(direction, exit.normal, &at);
+        let alive = beam.alive;
+        let out = alive & !at.total.bits();
+        beam.origin = exit.point.stored();
+        beam.direction = at.reflected(direction, exit.normal).stored();
+        packet.flux = flux;
+        packet.depth += 1;
+        self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
+        self.send(k, at.refracted(direction, exit.normal), intensity, out);
+        self.beams[k].alive = self.surviving(alive, flux.intensity());
+    }
+
+    /// What becomes of rays that would make one event too many.
+    #[inline(always)]
+    fn end(&mut self, k: usize) {
+        let at = self.arrive(k);
+        let (beam, exit) = (&mut self.beams[k], &self.exits[k]);
+        let lanes = std::mem::take(&mut beam.alive);
+        let left = self.packets[k].flux.intensity();
+        self.ledger.count(u64::from(lanes.count_ones()));
+        if self.chain.leftover == Leftover::Drop {
+            self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
+            return;
+        }
+        self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
+        let direction = Triple::load(&beam.direction);
+        let out = Triple::select(at.total, direction, at.refracted(direction, exit.normal));
+        beam.origin = exit.point.stored();
+        self.send(k, out, left, lanes);
     }
 
     /// Lists what leaves, if it is any.
@@ -215,33 +241,6 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
             self.ledger.add(Fate::DroppedThreshold, &intensity.only(faint));
         }
         lanes & !faint
-    }
-
-    /// What becomes of rays that would make one event too many.
-    #[inline(always)]
-    fn at_limit(&mut self) {
-        self.chain.planes.exits(&self.beams, &mut self.exits);
-        self.leaving = 0;
-        for k in 0..self.packets.len() {
-            let at = self.arrive(k);
-            let (lanes, exit) = (self.beams[k].alive, &self.exits[k]);
-            let left = self.packets[k].flux.intensity();
-            self.ledger.count(u64::from(lanes.count_ones()));
-            if self.chain.leftover == Leftover::Drop {
-                self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
-                continue;
-            }
-            self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
-            let direction = Triple::load(&self.beams[k].direction);
-            let out = Triple::select(at.total, direction, at.refracted(direction, exit.normal));
-            self.beams[k].origin = exit.point.stored();
-            self.send(k, out, left, lanes);
-        }
-        self.gather();
-        self.beams.clear();
-        while let Some(packet) = self.packets.pop() {
-            self.deliver(&packet);
-        }
     }
 
     #[inline(always)]
