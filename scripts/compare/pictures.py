@@ -20,8 +20,8 @@ HERE = Path(__file__).parent
 CONVERGED = (64, 32, 64, 1e-4)
 # Eight wavelengths carry every colour. What is wanted to a tenth need not be followed to the end: what is left at the
 # last event leaves there.
-GRIDS = [(1, 8), (1, 16), (2, 8), (1, 32), (4, 8), (2, 16), (9, 8), (4, 16), (16, 8), (25, 8), (36, 8)]
-DEPTHS = [(16, 1e-2), (24, 1e-3), (64, 1e-4)]
+GRIDS = [(1, 8), (1, 16), (2, 8), (3, 8), (4, 6), (6, 4), (1, 32), (4, 8), (2, 16), (9, 8), (4, 16), (16, 8), (25, 8), (36, 8)]
+DEPTHS = [(16, 1e-2), (24, 1e-2), (24, 1e-3), (64, 1e-4)]
 MOST_SAMPLES = 4096
 # A peer's mean, once near enough, may differ by so much of it: its own noise and the paths it breaks off.
 SAME_MEAN = 0.02
