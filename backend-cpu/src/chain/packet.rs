@@ -1,9 +1,9 @@
 //! Packets of sixteen wavelengths on their way through one convex stone.
 //!
 //! What leaves a convex stone never comes back, so a path is a chain of internal reflections. A batch of packets
-//! makes each reflection together, whichever it is for each of them, phase by phase: exits, then Fresnel, then the aim of what leaves, then its light;
-//! packets are independent, so the processor overlaps one's arithmetic with another's memory. Whether anything leaves
-//! is hard to foresee, so what does is listed and nothing branches on it.
+//! makes each reflection together, whichever it is for each of them, phase by phase: exits, then Fresnel, then the aim
+//! of what leaves, then its light; packets are independent, so the processor overlaps one's arithmetic with another's
+//! memory. Whether anything leaves is hard to foresee, so what does is listed and nothing branches on it.
 
 use super::Chain;
 use crate::{

@@ -144,10 +144,7 @@ impl Planes {
                 break;
             }
             if first || count > FEW {
-                let found = self.guesses::<V>(rays, first);
-                for (facet, found) in facets.iter_mut().zip(found.0) {
-                    *facet = found as u16;
-                }
+                *facets = self.guesses::<V>(rays, first);
                 continue;
             }
             let ray = |lane: usize| rays.each_ref().map(|rows| rows.each_ref().map(|row| row.0[lane]));

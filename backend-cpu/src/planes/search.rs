@@ -23,6 +23,7 @@ pub(super) struct Block {
 pub(super) struct Candidate {
     normal: [f32; 3],
     offset: f32,
+    /// The bits of a whole number: it is selected, never reckoned with.
     number: f32,
 }
 
@@ -59,7 +60,11 @@ pub(super) fn candidates(geometry: &Geometry, stone: &PreparedStone) -> (Vec<Can
     }
     let candidate = |&i: &usize| {
         let FacetPlane { normal, offset, .. } = facets[i];
-        Candidate { normal: normal.as_vec3().to_array(), offset: offset as f32, number: i as f32 }
+        Candidate {
+            normal: normal.as_vec3().to_array(),
+            offset: offset as f32,
+            number: f32::from_bits(i as u32),
+        }
     };
     (order.iter().map(candidate).collect(), large)
 }
@@ -82,9 +87,13 @@ impl Planes {
         [sound(first.nearest()), sound(second.nearest())]
     }
 
-    /// The facets, as numbers, that sixteen rays (origins, directions) seem to meet first: of all, or of the large.
+    /// The facets that sixteen rays (origins, directions) seem to meet first: of all, or of the large.
     #[inline(always)]
-    pub(super) fn guesses<V: Lanes>(&self, [origins, directions]: &[[Row; 3]; 2], large: bool) -> Row {
+    pub(super) fn guesses<V: Lanes>(
+        &self,
+        [origins, directions]: &[[Row; 3]; 2],
+        large: bool,
+    ) -> [u16; WIDTH] {
         let candidates = if large { &self.candidates[..self.large] } else { &self.candidates };
         let (origins, directions) = (Triple::<V>::load(origins), Triple::load(directions));
         // Each by turns, so that neither waits for its last comparison.
@@ -99,7 +108,7 @@ impl Planes {
         }
         let [first, second] = nearest;
         let nearer = (second.gap * first.cosine).lt(first.gap * second.cosine);
-        V::select(nearer, second.number, first.number).stored()
+        V::select(nearer, second.number, first.number).stored().0.map(|number| number.to_bits() as u16)
     }
 }
 
