@@ -6,8 +6,9 @@ use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::node::CwBvhNode;
 use rayon::prelude::*;
 
+use crate::instructions::Found;
 use crate::stats::{self, Counter, Stats, Weights};
-use crate::traverse::{self, Search};
+use crate::traverse::{Closest, Search};
 use crate::triangle::{Shear, Triangle};
 use crate::{Error, Hit, LARGEST_COORDINATE, Ray, sbvh, wide};
 
@@ -77,6 +78,7 @@ pub struct Bvh {
     bounds: Aabb,
     triangles: usize,
     degenerate: usize,
+    instructions: Found,
 }
 
 impl Bvh {
@@ -103,6 +105,7 @@ impl Bvh {
             bounds: wide.bounds,
             triangles: live,
             degenerate: triangles.len() - live,
+            instructions: Found::best(),
         })
     }
 
@@ -115,7 +118,7 @@ impl Bvh {
     ///
     /// `None` where nothing is hit, the direction is zero, or the ray's origin or direction is not finite.
     pub fn closest(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        traverse::closest(self, ray, accept, &mut ())
+        self.closest_counted(ray, accept, &mut ())
     }
 
     /// [`Bvh::closest`], telling `counter` of each step.
@@ -136,7 +139,7 @@ impl Bvh {
         accept: impl FnMut(&Hit) -> bool,
         counter: &mut impl Counter,
     ) -> Option<Hit> {
-        traverse::closest(self, ray, accept, counter)
+        self.instructions.run(Closest { bvh: self, ray, accept, counter })
     }
 
     /// What [`Bvh::closest`] must return, found by testing every triangle: the oracle for the traversal.

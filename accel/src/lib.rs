@@ -72,6 +72,7 @@ pub mod lanes;
 pub mod packet;
 mod ray;
 mod sbvh;
+mod slabs;
 pub mod software;
 pub mod stats;
 pub mod testing;

@@ -222,7 +222,7 @@ impl<V: Lanes> Beam<V> {
         let slab_origin = origins.map(|x| x * scale);
         let [a, b, c] = slab_origin.map(|x| x.abs());
         let reach = (a.max(b).max(c) + V::splat(1.0)) * V::splat(WIDENING);
-        let steepest = V::splat(STEEPEST as f32);
+        let steepest = V::splat(STEEPEST);
         let inverse = directions.map(|x| {
             let inverse = (size / x.abs()).min(steepest);
             V::select(x.lt(V::splat(0.0)), -inverse, inverse)
