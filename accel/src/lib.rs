@@ -70,6 +70,7 @@ mod error;
 mod instructions;
 pub mod lanes;
 pub mod packet;
+mod pages;
 mod ray;
 mod sbvh;
 mod slabs;
