@@ -6,10 +6,11 @@ use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::node::CwBvhNode;
 use rayon::prelude::*;
 
+use crate::instructions::Found;
 use crate::stats::{self, Counter, Stats, Weights};
-use crate::traverse::{self, Search};
+use crate::traverse::{Closest, Search};
 use crate::triangle::{Shear, Triangle};
-use crate::{Error, Hit, LARGEST_COORDINATE, Ray, sbvh, wide};
+use crate::{Error, Hit, LARGEST_COORDINATE, Ray, pages, sbvh, wide};
 
 /// Most references of a hierarchy: the wide conversion numbers seven decisions for each of the two binary nodes
 /// a reference makes in 32 bits.
@@ -77,6 +78,7 @@ pub struct Bvh {
     bounds: Aabb,
     triangles: usize,
     degenerate: usize,
+    instructions: Found,
 }
 
 impl Bvh {
@@ -92,17 +94,24 @@ impl Bvh {
         let wide = if options.reinsertion > 0.0 {
             wide::convert_packed(&packed(nodes, options))
         } else {
-            wide::convert(&nodes)
+            let wide = wide::convert(&nodes);
+            drop(nodes);
+            wide
         };
+        let mut references = pages::with_capacity(wide.triangles.len());
         let gather =
             |&number: &u32| Triangle::new(triangles[number as usize].map(|i| positions[i as usize]), number);
+        wide.triangles.par_iter().map(gather).collect_into_vec(&mut references);
+        let mut wide_nodes = pages::with_capacity(wide.nodes.len());
+        wide_nodes.extend_from_slice(&wide.nodes);
         Ok(Bvh {
-            references: wide.triangles.par_iter().map(gather).collect(),
-            nodes: wide.nodes,
+            references,
+            nodes: wide_nodes,
             scale,
             bounds: wide.bounds,
             triangles: live,
             degenerate: triangles.len() - live,
+            instructions: Found::best(),
         })
     }
 
@@ -115,7 +124,7 @@ impl Bvh {
     ///
     /// `None` where nothing is hit, the direction is zero, or the ray's origin or direction is not finite.
     pub fn closest(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
-        traverse::closest(self, ray, accept, &mut ())
+        self.closest_counted(ray, accept, &mut ())
     }
 
     /// [`Bvh::closest`], telling `counter` of each step.
@@ -136,7 +145,7 @@ impl Bvh {
         accept: impl FnMut(&Hit) -> bool,
         counter: &mut impl Counter,
     ) -> Option<Hit> {
-        traverse::closest(self, ray, accept, counter)
+        self.instructions.run(Closest { bvh: self, ray, accept, counter })
     }
 
     /// What [`Bvh::closest`] must return, found by testing every triangle: the oracle for the traversal.

@@ -1,4 +1,4 @@
-//! Which instruction set packets run in: one source, chosen at run time.
+//! Which instruction set packets and single rays run in: one source, chosen at run time.
 
 use crate::lanes::{self, Lanes};
 
@@ -7,7 +7,7 @@ use crate::lanes::{self, Lanes};
 pub enum Instructions {
     /// AVX-512 (F, VL, DQ, BW): sixteen lanes a register.
     Avx512,
-    /// AVX2 and FMA: eight lanes a register.
+    /// AVX2 and FMA, with the bit counts (BMI, LZCNT, POPCNT) that come with them: eight lanes a register.
     Avx2,
     /// Whatever the program was compiled for: NEON on 64-bit Arm, SSE2 on x86-64.
     Portable,
@@ -43,7 +43,14 @@ impl Instructions {
                     && Self::Avx2.available()
             }
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2 => is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma"),
+            Self::Avx2 => {
+                is_x86_feature_detected!("avx2")
+                    && is_x86_feature_detected!("fma")
+                    && is_x86_feature_detected!("bmi1")
+                    && is_x86_feature_detected!("bmi2")
+                    && is_x86_feature_detected!("lzcnt")
+                    && is_x86_feature_detected!("popcnt")
+            }
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx512 | Self::Avx2 => false,
             Self::Portable => true,
@@ -61,26 +68,43 @@ impl Instructions {
 
     /// Runs a task in this instruction set, or the portable one where the machine lacks it.
     pub fn run<T: Task>(self, task: T) -> T::Output {
-        match self {
+        Found(if self.available() { self } else { Self::Portable }).run(task)
+    }
+}
+
+/// An instruction set that the machine has been found to have, which so needs to be asked for only once.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Found(Instructions);
+
+impl Found {
+    /// The best there is.
+    pub fn best() -> Self {
+        Found(Instructions::best())
+    }
+
+    /// Runs a task in it.
+    #[inline(always)]
+    pub fn run<T: Task>(self, task: T) -> T::Output {
+        match self.0 {
             #[cfg(target_arch = "x86_64")]
-            // SAFETY: the features that the function enables are those that `available` has just found.
-            Self::Avx512 if self.available() => unsafe { avx512(task) },
+            // SAFETY: a value of this type is made only where `available` has found the features.
+            Instructions::Avx512 => unsafe { avx512(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
-            Self::Avx2 if self.available() => unsafe { avx2(task) },
+            Instructions::Avx2 => unsafe { avx2(task) },
             _ => task.run::<lanes::Portable>(),
         }
     }
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
 fn avx512<T: Task>(task: T) -> T::Output {
     task.run::<lanes::Avx512>()
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
 fn avx2<T: Task>(task: T) -> T::Output {
     task.run::<lanes::Avx2>()
 }

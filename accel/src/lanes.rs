@@ -9,6 +9,7 @@ mod portable;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
+use crate::slabs::Slabs;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 pub use portable::{Flags, Portable};
@@ -50,6 +51,8 @@ pub trait Lanes:
 {
     /// The result of comparisons.
     type Mask: Mask;
+    /// The test of eight boxes against one ray.
+    type Slabs: Slabs;
 
     /// The same number in every lane.
     fn splat(value: f32) -> Self;

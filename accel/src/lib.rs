@@ -54,7 +54,8 @@
 //!
 //! **The box test** is conservative. Each source of rounding between a reference's exact box and the slab test
 //! is bounded, and boxes are widened by the sum of the bounds; the derivation stands at the head of
-//! `traverse.rs`. The interval of parameters may begin below zero, and no epsilon is built in.
+//! `traverse.rs`. The interval of parameters may begin below zero, and no epsilon is built in. It runs in the best
+//! [`Instructions`] that the machine has, with the same hits in all of them.
 //!
 //! # What it is good for
 //! [`stats`] gives costs and counts; the examples `sah_ratio` and `build_ratio` compare both with `obvhs`'s own
@@ -70,8 +71,10 @@ mod error;
 mod instructions;
 pub mod lanes;
 pub mod packet;
+mod pages;
 mod ray;
 mod sbvh;
+mod slabs;
 pub mod software;
 pub mod stats;
 pub mod testing;

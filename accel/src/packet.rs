@@ -9,6 +9,9 @@
 //! The triangle test is that of `triangle`, but for the sign of an edge function, which is taken from the
 //! difference of two products with their rounding errors (Kahan; Jeannerod, Louvet & Muller 2013), without a
 //! detour through double precision, and the ray parameter, which is in single precision.
+//!
+//! No closure handles lanes here: it would be compiled without their instruction set, and so in a program for any
+//! processor be called, with all its registers in memory.
 
 use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work};
 use crate::traverse::{STEEPEST, WIDENING};
@@ -215,18 +218,21 @@ impl<V: Lanes> Beam<V> {
     fn new(rays: &Rays<V>, kind: Kind, lanes: u16, scale: f32) -> Self {
         let (o, d) = (rays.origin, rays.direction);
         let (origins, directions) = ([o.x, o.y, o.z], [d.x, d.y, d.z]);
-        let origin = kind.axes.map(|axis| origins[axis]);
-        let [dx, dy, largest] = kind.axes.map(|axis| directions[axis]);
+        let [a, b, c] = kind.axes;
+        let (dx, dy, largest) = (directions[a], directions[b], directions[c]);
         let size = largest.abs();
         let scale = V::splat(scale);
-        let slab_origin = origins.map(|x| x * scale);
-        let [a, b, c] = slab_origin.map(|x| x.abs());
-        let reach = (a.max(b).max(c) + V::splat(1.0)) * V::splat(WIDENING);
-        let steepest = V::splat(STEEPEST as f32);
-        let inverse = directions.map(|x| {
-            let inverse = (size / x.abs()).min(steepest);
-            V::select(x.lt(V::splat(0.0)), -inverse, inverse)
-        });
+        let slab_origin = [o.x * scale, o.y * scale, o.z * scale];
+        let [x, y, z] = slab_origin;
+        let reach = (x.abs().max(y.abs()).max(z.abs()) + V::splat(1.0)) * V::splat(WIDENING);
+        let steepest = V::splat(STEEPEST);
+        let (mut inverse, mut widening) = (directions, directions);
+        for axis in 0..3 {
+            let x = directions[axis];
+            let size = (size / x.abs()).min(steepest);
+            inverse[axis] = V::select(x.lt(V::splat(0.0)), -size, size);
+            widening[axis] = size * reach;
+        }
         let rate = size * scale;
         let t_min = V::splat(rays.t_min);
         let first = t_min * rate;
@@ -234,12 +240,12 @@ impl<V: Lanes> Beam<V> {
             kind,
             lanes,
             t_min,
-            origin,
+            origin: [origins[a], origins[b], origins[c]],
             slope: [dx / largest, dy / largest],
             inverse_largest: V::splat(1.0) / largest,
             slab_origin,
             inverse,
-            widening: inverse.map(|x| x.abs() * reach),
+            widening,
             rate,
             first: first - first.abs() * V::splat(ROUNDING),
         }
@@ -293,7 +299,8 @@ impl<'a, V: Lanes> Boxes<'a, V> {
     fn slabs(&self, child: usize, first: V, last: V) -> (V, V) {
         let (mut near, mut far) = (first, last);
         for axis in 0..3 {
-            let [enter, leave] = self.sides[axis].map(|side| V::splat(f32::from(side[child])));
+            let [enter, leave] = self.sides[axis];
+            let (enter, leave) = (V::splat(f32::from(enter[child])), V::splat(f32::from(leave[child])));
             near = enter.fma(self.step[axis], self.start[axis]).max(near);
             far = leave.fma(self.step[axis], self.end[axis]).min(far);
         }
@@ -342,15 +349,8 @@ impl<V: Lanes> Beam<V> {
     /// Which rays' lines meet a triangle, and at what parameter.
     #[inline(always)]
     fn intersect(&self, triangle: &Triangle) -> (V::Mask, V) {
-        let [a, b, c] = triangle.corners().map(|corner| {
-            let at = self.kind.axes.map(|axis| corner[axis]);
-            let height = V::splat(at[2]) - self.origin[2];
-            [
-                self.slope[0].fnma(height, V::splat(at[0]) - self.origin[0]),
-                self.slope[1].fnma(height, V::splat(at[1]) - self.origin[1]),
-                height,
-            ]
-        });
+        let [a, b, c] = triangle.corners();
+        let (a, b, c) = (self.image(a), self.image(b), self.image(c));
         let zero = V::splat(0.0);
         let u = difference([c[0], b[1]], [c[1], b[0]]);
         let v = difference([a[0], c[1]], [a[1], c[0]]);
@@ -362,6 +362,18 @@ impl<V: Lanes> Beam<V> {
         // A triangle seen edge on gives no number, or none that is finite.
         let finite = t.abs().lt(V::splat(f32::INFINITY));
         (!outside & finite, t)
+    }
+
+    /// A corner as the rays see it, their origins at zero, and how far ahead along the largest component.
+    #[inline(always)]
+    fn image(&self, corner: &[f32; 3]) -> [V; 3] {
+        let [x, y, z] = self.kind.axes;
+        let height = V::splat(corner[z]) - self.origin[2];
+        [
+            self.slope[0].fnma(height, V::splat(corner[x]) - self.origin[0]),
+            self.slope[1].fnma(height, V::splat(corner[y]) - self.origin[1]),
+            height,
+        ]
     }
 }
 

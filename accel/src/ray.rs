@@ -24,6 +24,12 @@ impl Ray {
         Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
+    /// Whether it goes anywhere: origin and direction finite, direction not zero.
+    #[inline(always)]
+    pub(crate) fn is_proper(&self) -> bool {
+        self.origin.is_finite() && self.direction.is_finite() && self.direction != Vec3::ZERO
+    }
+
     /// The point at parameter `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + self.direction * t

@@ -34,7 +34,7 @@ impl Bvh {
         format!(
             "const WIDENING: f32 = {:?};\nconst STEEPEST: f32 = {:?};\nconst TRAVERSAL_STACK: u32 = {};\n",
             f64::from(traverse::WIDENING),
-            traverse::STEEPEST,
+            f64::from(traverse::STEEPEST),
             self.most_waiting(),
         )
     }
@@ -59,7 +59,7 @@ impl Bvh {
     /// index in the input.
     pub fn triangle_blocks(&self, facet_of: impl Fn(u32) -> u32) -> Vec<TriangleBlock> {
         let block = |reference: &crate::triangle::Triangle| {
-            let [a, b, c] = reference.corners().map(|corner| corner.to_array());
+            let [a, b, c] = *reference.corners();
             let number = reference.number();
             TriangleBlock { a, number, b, facet: facet_of(number), c, padding: 0 }
         };

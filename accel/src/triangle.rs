@@ -12,19 +12,21 @@ use crate::{Hit, Ray};
 /// A triangle as the traversal reads it, with its number in the input.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
-    corners: [Vec3; 3],
+    corners: [[f32; 3]; 3],
     number: u32,
 }
 
 impl Triangle {
     pub fn new(corners: [Vec3; 3], number: u32) -> Triangle {
-        Triangle { corners, number }
+        Triangle { corners: corners.map(|corner| corner.to_array()), number }
     }
 
-    pub fn corners(&self) -> [Vec3; 3] {
-        self.corners
+    #[inline(always)]
+    pub fn corners(&self) -> &[[f32; 3]; 3] {
+        &self.corners
     }
 
+    #[inline(always)]
     pub fn number(&self) -> u32 {
         self.number
     }
@@ -47,28 +49,33 @@ pub(crate) struct Shear {
 impl Shear {
     /// `None` where the direction is zero or anything is not finite.
     pub fn new(ray: &Ray) -> Option<Shear> {
-        let d = ray.direction;
-        let size = d.abs().max_element();
-        if !(ray.origin.is_finite() && d.is_finite() && size > 0.0) {
-            return None;
-        }
-        let z = if d.x.abs() == size {
+        ray.is_proper().then(|| Shear::of(ray))
+    }
+
+    /// For a ray that [is proper](Ray::is_proper).
+    #[inline(always)]
+    pub fn of(ray: &Ray) -> Shear {
+        let d = ray.direction.to_array();
+        let [x, y, z] = d.map(f32::abs);
+        let z = if x >= y && x >= z {
             0
-        } else if d.y.abs() == size {
+        } else if y >= z {
             1
         } else {
             2
         };
         let axes = [(z + 1) % 3, (z + 2) % 3, z];
-        let slope_exact = [f64::from(d[axes[0]]) / f64::from(d[z]), f64::from(d[axes[1]]) / f64::from(d[z])];
-        Some(Shear {
+        let [dx, dy, dz] = axes.map(|axis| f64::from(d[axis]));
+        let slope_exact = [dx / dz, dy / dz];
+        let origin = axes.map(|axis| ray.origin.to_array()[axis]);
+        Shear {
             axes,
-            origin: axes.map(|axis| ray.origin[axis]),
+            origin,
             slope: slope_exact.map(|slope| slope as f32),
             slope_exact,
-            origin_exact: axes.map(|axis| f64::from(ray.origin[axis])).into(),
-            inverse: 1.0 / f64::from(d[z]),
-        })
+            origin_exact: origin.map(f64::from).into(),
+            inverse: 1.0 / dz,
+        }
     }
 
     /// Where the ray's line meets the triangle, for any sign of the ray parameter.
@@ -78,22 +85,26 @@ impl Shear {
     /// (or overflows) it is taken again in double precision, in which products of single-precision numbers
     /// are exact. The parameter and barycentric coordinates then follow in double precision from the unrounded
     /// shear, unless that puts the ray outside by its own, smaller, rounding.
+    #[inline(always)]
     pub fn intersect(&self, triangle: &Triangle) -> Option<Hit> {
-        let image = triangle.corners.map(|corner| self.image(corner));
+        let [a, b, c] = &triangle.corners;
+        let image = [self.image(a), self.image(b), self.image(c)];
         let [a, b, c] = image;
         let mut u = c[0] * b[1] - c[1] * b[0];
         let mut v = a[0] * c[1] - a[1] * c[0];
         let mut w = b[0] * a[1] - b[1] * a[0];
-        if u == 0.0 || v == 0.0 || w == 0.0 || !(u + v + w).is_finite() {
+        // Bitwise, as each comparison alone is no better foretold than a coin.
+        if (u == 0.0) | (v == 0.0) | (w == 0.0) | !(u + v + w).is_finite() {
             [u, v, w] = edges(image.map(|p| p.map(f64::from))).map(sign);
         }
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+        if ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0)) {
             return None;
         }
         self.locate(triangle, &image)
     }
 
-    fn image(&self, corner: Vec3) -> [f32; 2] {
+    #[inline(always)]
+    fn image(&self, corner: &[f32; 3]) -> [f32; 2] {
         let [x, y, z] = self.axes;
         let height = corner[z] - self.origin[2];
         [
@@ -102,6 +113,7 @@ impl Shear {
         ]
     }
 
+    #[inline(always)]
     fn locate(&self, triangle: &Triangle, image: &[[f32; 2]; 3]) -> Option<Hit> {
         let relative = triangle
             .corners
@@ -123,10 +135,12 @@ impl Shear {
 }
 
 /// Twice the signed areas that the origin forms with the edges opposite to each corner.
+#[inline(always)]
 fn edges([a, b, c]: [[f64; 2]; 3]) -> [f64; 3] {
     [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]
 }
 
+#[inline(always)]
 fn sign(value: f64) -> f32 {
     if value > 0.0 {
         1.0
@@ -138,6 +152,7 @@ fn sign(value: f64) -> f32 {
 }
 
 /// Barycentric coordinates, if the edge functions agree in sign and the image is not degenerate.
+#[inline(always)]
 fn weights(edges: [f64; 3]) -> Option<[f64; 3]> {
     let sum = edges[0] + edges[1] + edges[2];
     let weights = edges.map(|edge| edge / sum);

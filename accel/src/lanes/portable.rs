@@ -5,6 +5,7 @@
 #![allow(clippy::needless_range_loop)]
 
 use super::{Lanes, Mask, Row, WIDTH, Work};
+use crate::slabs::Plain;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
 /// An array.
@@ -81,6 +82,7 @@ impl Mask for Flags {
 
 impl Lanes for Portable {
     type Mask = Flags;
+    type Slabs = Plain;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {

@@ -4,6 +4,7 @@
 //! the instruction set on the machine at hand; that is what every `SAFETY` line here rests on.
 
 use super::{Lanes, Mask, Row, WIDTH, Work, furthest};
+use crate::slabs::Eight;
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
@@ -149,6 +150,7 @@ impl Mask for Mask256 {
 
 impl Lanes for Avx512 {
     type Mask = Mask512;
+    type Slabs = Eight;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {
@@ -272,13 +274,13 @@ impl Lanes for Avx512 {
     }
 }
 
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 #[inline(never)]
 fn apart_512<W: Work>(work: W) -> W::Output {
     work.work()
 }
 
-#[target_feature(enable = "avx2,fma")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
 #[inline(never)]
 fn apart_256<W: Work>(work: W) -> W::Output {
     work.work()
@@ -335,6 +337,7 @@ macro_rules! halves {
 
 impl Lanes for Avx2 {
     type Mask = Mask256;
+    type Slabs = Eight;
 
     #[inline(always)]
     fn splat(value: f32) -> Self {

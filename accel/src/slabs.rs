@@ -1,0 +1,135 @@
+//! The boxes of a node's eight children against one ray.
+
+#[cfg(target_arch = "x86_64")]
+mod x86;
+
+use crate::Ray;
+use crate::traverse::{STEEPEST, WIDENING};
+use glam::Vec3;
+use obvhs::cwbvh::node::CwBvhNode;
+#[cfg(target_arch = "x86_64")]
+pub use x86::Eight;
+
+/// A ray in the builder's units, with the direction scaled to a largest component of 1: slab distances are
+/// then of the size of the mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Line {
+    origin: Vec3,
+    inverse: Vec3,
+    /// By which slabs are widened, in slab distance.
+    widening: Vec3,
+    /// Slab distance per ray parameter.
+    rate: f64,
+}
+
+impl Line {
+    /// A ray, its direction not zero and all finite, by units of the builder per unit of the mesh.
+    #[inline(always)]
+    pub fn new(ray: &Ray, scale: f32) -> Line {
+        let size = ray.direction.abs().max_element();
+        let inverse = (size / ray.direction.abs()).min(Vec3::splat(STEEPEST)).copysign(ray.direction);
+        let origin = ray.origin * scale;
+        let widening = inverse.abs() * (WIDENING * (origin.abs().max_element() + 1.0));
+        Line { origin, inverse, widening, rate: f64::from(size) * f64::from(scale) }
+    }
+
+    /// The slab distance before which no hit has parameter `t` or more.
+    #[inline(always)]
+    pub fn first(&self, t: f32) -> f32 {
+        let distance = (f64::from(t) * self.rate) as f32;
+        (distance * (1.0 - ROUNDING)).min(distance * (1.0 + ROUNDING))
+    }
+
+    /// The slab distance behind which no hit has parameter `t` or less.
+    #[inline(always)]
+    pub fn last(&self, t: f32) -> f32 {
+        let distance = (f64::from(t) * self.rate) as f32;
+        (distance * (1.0 - ROUNDING)).max(distance * (1.0 + ROUNDING))
+    }
+}
+
+/// More than the rounding of a product or two.
+const ROUNDING: f32 = 4.0 * f32::EPSILON;
+
+/// Children that a ray meets.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Entries {
+    /// Slab distances at which they are entered.
+    pub near: [f32; 8],
+    /// Child i as bit i. Of empty children it may be either.
+    pub hit: u32,
+}
+
+/// The test of eight boxes in the registers of some instruction set.
+///
+/// The comparison is such that an overflow to NaN counts as a hit.
+pub trait Slabs: Copy {
+    /// For the ray, from slab distance `first`.
+    fn new(line: &Line, first: f32) -> Self;
+
+    /// Which children a ray meets by slab distance `last`.
+    fn enter(&self, node: &CwBvhNode, last: f32) -> Entries;
+
+    /// Has the cache fetch an item that will be read soon, where there is an instruction for that.
+    #[inline(always)]
+    fn prefetch<T>(_item: &[T], _index: usize) {}
+}
+
+/// Without registers of its own.
+#[derive(Clone, Copy, Debug)]
+pub struct Plain {
+    line: Line,
+    first: f32,
+}
+
+impl Slabs for Plain {
+    #[inline(always)]
+    fn new(line: &Line, first: f32) -> Self {
+        Plain { line: *line, first }
+    }
+
+    #[inline(always)]
+    fn enter(&self, node: &CwBvhNode, last: f32) -> Entries {
+        let Line { origin, inverse, widening, .. } = self.line;
+        let mut near = [self.first; 8];
+        let mut far = [last; 8];
+        let planes = [
+            (&node.child_min_x, &node.child_max_x),
+            (&node.child_min_y, &node.child_max_y),
+            (&node.child_min_z, &node.child_max_z),
+        ];
+        let cell = node.compute_extent();
+        for (axis, (lo, hi)) in planes.into_iter().enumerate() {
+            let inverse = inverse[axis];
+            let step = cell[axis] * inverse;
+            let start = (node.p[axis] - origin[axis]) * inverse;
+            let (start, end) = (start - widening[axis], start + widening[axis]);
+            let (lo, hi) = if inverse >= 0.0 { (lo, hi) } else { (hi, lo) };
+            for i in 0..8 {
+                near[i] = max(near[i], f32::from(lo[i]) * step + start);
+                far[i] = min(far[i], f32::from(hi[i]) * step + end);
+            }
+        }
+        let mut hit = 0;
+        for i in 0..8 {
+            let missed = near[i] > far[i];
+            hit |= u32::from(!missed) << i;
+        }
+        Entries { near, hit }
+    }
+}
+
+// One instruction each, and the running value survives a NaN in the other.
+#[inline(always)]
+fn max(running: f32, other: f32) -> f32 {
+    if other > running { other } else { running }
+}
+
+#[inline(always)]
+fn min(running: f32, other: f32) -> f32 {
+    if other < running { other } else { running }
+}
+
+#[cfg(test)]
+mod tests;
