@@ -10,7 +10,7 @@ use crate::instructions::Found;
 use crate::stats::{self, Counter, Stats, Weights};
 use crate::traverse::{Closest, Search};
 use crate::triangle::{Shear, Triangle};
-use crate::{Error, Hit, LARGEST_COORDINATE, Ray, pages, sbvh, wide};
+use crate::{Error, Hit, LARGEST_COORDINATE, Ray, sbvh, wide};
 
 /// Most references of a hierarchy: the wide conversion numbers seven decisions for each of the two binary nodes
 /// a reference makes in 32 bits.
@@ -94,19 +94,13 @@ impl Bvh {
         let wide = if options.reinsertion > 0.0 {
             wide::convert_packed(&packed(nodes, options))
         } else {
-            let wide = wide::convert(&nodes);
-            drop(nodes);
-            wide
+            wide::convert(&nodes)
         };
-        let mut references = pages::with_capacity(wide.triangles.len());
         let gather =
             |&number: &u32| Triangle::new(triangles[number as usize].map(|i| positions[i as usize]), number);
-        wide.triangles.par_iter().map(gather).collect_into_vec(&mut references);
-        let mut wide_nodes = pages::with_capacity(wide.nodes.len());
-        wide_nodes.extend_from_slice(&wide.nodes);
         Ok(Bvh {
-            references,
-            nodes: wide_nodes,
+            references: wide.triangles.par_iter().map(gather).collect(),
+            nodes: wide.nodes,
             scale,
             bounds: wide.bounds,
             triangles: live,

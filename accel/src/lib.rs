@@ -71,7 +71,6 @@ mod error;
 mod instructions;
 pub mod lanes;
 pub mod packet;
-mod pages;
 mod ray;
 mod sbvh;
 mod slabs;
