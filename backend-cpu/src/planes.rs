@@ -169,9 +169,9 @@ impl Planes {
         let mut beyond = -cosine;
         for group in &self.sides[around.clone()] {
             for side in group {
-                let [x, y, z] = side.normal.map(V::splat);
-                let offset = V::splat(-side.offset);
-                beyond = beyond.max(z.fma(point.z, y.fma(point.y, x.fma(point.x, offset))));
+                let normal = Triple::<V>::splat(side.normal);
+                let across = normal.x.fma(point.x, V::splat(-side.offset));
+                beyond = beyond.max(normal.z.fma(point.z, normal.y.fma(point.y, across)));
             }
         }
         (Exit { point, normal, cosine, distance }, beyond.lt(zero).bits())

@@ -59,12 +59,8 @@ impl<V: Lanes> Aim<V> {
         let falling = direction.z.lt(zero);
         let slope = (-direction.z).max(V::splat(environment::Ground::GRAZING as f32));
         let along = (origin.z - V::splat(ground.height)) / slope;
-        let [x, y] = [(origin.x, direction.x, ground.low[0]), (origin.y, direction.y, ground.low[1])].map(
-            |(origin, direction, low)| {
-                let place = (direction.fma(along, origin) - V::splat(low)) * V::splat(ground.per_mm);
-                place.max(zero).min(V::splat(ground.last + 1.0))
-            },
-        );
+        let x = Self::place(origin.x, direction.x, along, ground.low[0], ground);
+        let y = Self::place(origin.y, direction.y, along, ground.low[1], ground);
         let last = V::splat(ground.last);
         let (column, row) = (x.floor().min(last), y.floor().min(last));
         Aim {
@@ -74,6 +70,14 @@ impl<V: Lanes> Aim<V> {
             down: V::select(falling, y - row, self.down),
             inner: self.inner | falling.bits(),
         }
+    }
+
+    /// Where on the ground's picture, texels, a ray is after the way `along`. A function, since a closure would be
+    /// compiled for no instruction set in particular, and called.
+    #[inline(always)]
+    fn place(origin: V, direction: V, along: V, low: f32, ground: &Ground) -> V {
+        let place = (direction.fma(along, origin) - V::splat(low)) * V::splat(ground.per_mm);
+        place.max(V::splat(0.0)).min(V::splat(ground.last + 1.0))
     }
 
     /// Colours of the lanes whose bit is set; what the others hold is finite.

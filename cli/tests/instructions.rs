@@ -49,3 +49,14 @@ fn the_first_picture_takes_as_many_instructions_as_it_did() {
     println!("{found} instructions, {ratio:.4} of {INSTRUCTIONS}");
     assert!((ratio - 1.0).abs() <= ALLOWED, "{found} instructions, {ratio:.4} of the {INSTRUCTIONS} noted");
 }
+
+/// What a closure computes with SIMD lanes is compiled without the instruction set that the function around it has: each
+/// operation becomes a call. It gives the same picture, slowly.
+#[test]
+fn no_vector_operation_is_a_call() {
+    let output = Command::new("nm").args(["--demangle", env!("CARGO_BIN_EXE_gemtrace")]).output();
+    let Ok(output) = output.inspect_err(|error| eprintln!("nm is not installed: {error}")) else { return };
+    let symbols = String::from_utf8_lossy(&output.stdout);
+    let calls: Vec<&str> = symbols.lines().filter(|line| line.contains("core_arch::x86")).collect();
+    assert!(symbols.contains("main") && calls.is_empty(), "{calls:#?}");
+}

@@ -167,9 +167,10 @@ impl<V: Lanes> Nearest<V> {
 
     #[inline(always)]
     fn compare(&mut self, candidate: &Candidate, origins: Triple<V>, directions: Triple<V>) {
-        let [x, y, z] = candidate.normal.map(V::splat);
-        let cosine = z.fma(directions.z, y.fma(directions.y, x * directions.x));
-        let gap = z.fnma(origins.z, y.fnma(origins.y, x.fnma(origins.x, V::splat(candidate.offset))));
+        let normal = Triple::<V>::splat(candidate.normal);
+        let cosine = normal.dot(directions);
+        let gap = normal.x.fnma(origins.x, V::splat(candidate.offset));
+        let gap = normal.z.fnma(origins.z, normal.y.fnma(origins.y, gap));
         let nearer = (gap * self.cosine).lt(self.gap * cosine);
         self.gap = V::select(nearer, gap, self.gap);
         self.cosine = V::select(nearer, cosine, self.cosine);
