@@ -90,6 +90,10 @@ pub(crate) struct Offered {
 pub(crate) struct Limits {
     /// Bytes of the largest storage buffer.
     pub storage: u64,
+    /// Bytes of memory that a workgroup shares.
+    pub workgroup_memory: u32,
+    /// Invocations of a subgroup at least, where it has the operations of WGSL's subgroups that the kernel uses.
+    pub subgroup: Option<u32>,
     /// Workgroups of a dispatch.
     pub workgroups: u32,
     /// Texels along the edge of an image.
@@ -130,8 +134,13 @@ impl Physical {
         let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
         let mut tables = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
         let mut maintenance = vk::PhysicalDeviceMaintenance4Properties::default();
-        let mut all =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut about).push_next(&mut maintenance);
+        let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
+        let mut all = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut about)
+            .push_next(&mut maintenance)
+            .push_next(&mut subgroups)
+            .push_next(&mut sizes);
         if offered.ray_query || offered.pipeline {
             all = all.push_next(&mut structures);
         }
@@ -142,6 +151,8 @@ impl Physical {
         unsafe { instance.get_physical_device_properties2(handle, &mut all) };
         let limits = Limits {
             storage: u64::from(plain.limits.max_storage_buffer_range).min(maintenance.max_buffer_size),
+            workgroup_memory: plain.limits.max_compute_shared_memory_size,
+            subgroup: subgroup_of(&subgroups, &sizes),
             workgroups: plain.limits.max_compute_work_group_count[0],
             image: plain.limits.max_image_dimension2_d,
             triangles: structures.max_primitive_count,
@@ -180,6 +191,24 @@ impl Physical {
             hardware: self.hardware,
         }
     }
+}
+
+/// Invocations of a subgroup at least, where compute shaders have what the kernel asks of subgroups.
+fn subgroup_of(
+    subgroups: &vk::PhysicalDeviceSubgroupProperties<'_>,
+    sizes: &vk::PhysicalDeviceSubgroupSizeControlProperties<'_>,
+) -> Option<u32> {
+    use vk::SubgroupFeatureFlags as Operations;
+    let needed = Operations::BASIC
+        | Operations::VOTE
+        | Operations::BALLOT
+        | Operations::SHUFFLE
+        | Operations::ARITHMETIC;
+    let able = subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+        && subgroups.supported_operations.contains(needed);
+    // Where the size varies, the least is what may come.
+    let size = if sizes.min_subgroup_size > 0 { sizes.min_subgroup_size } else { subgroups.subgroup_size };
+    able.then_some(size)
 }
 
 fn text(name: Result<&CStr, impl Sized>) -> String {
@@ -284,6 +313,15 @@ pub(crate) fn devices_with(form: Intersection) -> Vec<DeviceInfo> {
     let all = driver.devices().into_iter().enumerate();
     all.filter(|(_, device)| device.offers(form))
         .map(|(index, device)| DeviceInfo { intersection: form.name(), ..device.describe(index) })
+        .collect()
+}
+
+/// What this machine offers that has subgroups; numbered as by [`devices`].
+pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
+    let Ok(driver) = Driver::load() else { return Vec::new() };
+    let all = driver.devices().into_iter().enumerate();
+    all.filter(|(_, device)| device.limits.subgroup.is_some())
+        .map(|(index, device)| device.describe(index))
         .collect()
 }
 

@@ -5,8 +5,8 @@
 //! no preprocessor, no build script. WGSL lets declarations stand in any order, so the order of the parts means
 //! nothing.
 //!
-//! Only `intersect` is swapped (`surface.wgsl` states its contract): [`INTERSECT_PLANES`] for one convex stone; a
-//! bounding volume hierarchy or the device's own ray tracing for anything else.
+//! Only `intersect` is swapped (`surface.wgsl` states its contract): [`facets`] for one convex stone; a bounding volume
+//! hierarchy or the device's own ray tracing for anything else.
 //!
 //! ```text
 //! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
@@ -20,6 +20,7 @@
 //! [`texel`] does the same for the light, and [`schedule`] drives the device.
 
 pub mod block;
+pub mod facets;
 pub mod pack;
 pub mod schedule;
 pub mod texel;
@@ -28,10 +29,8 @@ use crate::{
     prepare::{Nest, Rounding},
     settings::RenderSettings,
 };
+use facets::Facets;
 use std::fmt::Write;
-
-/// `intersect` for one convex stone, by the planes of its facets.
-pub const INTERSECT_PLANES: &str = include_str!("kernel/intersect_planes.wgsl");
 
 /// `intersect` by ray queries on the device's own hierarchy. A shader with it begins with [`ENABLE_RAY_QUERY`].
 pub const INTERSECT_RAY_QUERY: &str =
@@ -135,6 +134,11 @@ impl Form {
     /// constants it needs.
     pub fn trace(&self, intersect: &str) -> String {
         self.traced([intersect, MAIN_COMPUTE])
+    }
+
+    /// The shader with the entry point `trace` for one convex stone, or none.
+    pub fn trace_facets(&self, facets: &Facets) -> String {
+        self.traced([&facets.text(), ""])
     }
 
     /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and
