@@ -127,7 +127,7 @@ impl Surfaces {
         form: Form,
         guess: Guess,
     ) -> Result<((Kind, String), Self), Error> {
-        if guess == Guess::Subgroup && gpu.limits.subgroup.is_none() {
+        if guess == Guess::Subgroup && !gpu.limits.subgroups {
             return Err(gpu.error("this device has no subgroup operations"));
         }
         let facets = Facets::new(scene, guess, gpu.limits.workgroup_memory);

@@ -92,8 +92,8 @@ pub(crate) struct Limits {
     pub storage: u64,
     /// Bytes of memory that a workgroup shares.
     pub workgroup_memory: u32,
-    /// Invocations of a subgroup at least, where it has the operations of WGSL's subgroups that the kernel uses.
-    pub subgroup: Option<u32>,
+    /// Whether compute shaders have the subgroup operations that the kernel uses.
+    pub subgroups: bool,
     /// Workgroups of a dispatch.
     pub workgroups: u32,
     /// Texels along the edge of an image.
@@ -135,12 +135,10 @@ impl Physical {
         let mut tables = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
         let mut maintenance = vk::PhysicalDeviceMaintenance4Properties::default();
         let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
-        let mut sizes = vk::PhysicalDeviceSubgroupSizeControlProperties::default();
         let mut all = vk::PhysicalDeviceProperties2::default()
             .push_next(&mut about)
             .push_next(&mut maintenance)
-            .push_next(&mut subgroups)
-            .push_next(&mut sizes);
+            .push_next(&mut subgroups);
         if offered.ray_query || offered.pipeline {
             all = all.push_next(&mut structures);
         }
@@ -152,7 +150,7 @@ impl Physical {
         let limits = Limits {
             storage: u64::from(plain.limits.max_storage_buffer_range).min(maintenance.max_buffer_size),
             workgroup_memory: plain.limits.max_compute_shared_memory_size,
-            subgroup: subgroup_of(&subgroups, &sizes),
+            subgroups: has_subgroups(&subgroups),
             workgroups: plain.limits.max_compute_work_group_count[0],
             image: plain.limits.max_image_dimension2_d,
             triangles: structures.max_primitive_count,
@@ -193,22 +191,16 @@ impl Physical {
     }
 }
 
-/// Invocations of a subgroup at least, where compute shaders have what the kernel asks of subgroups.
-fn subgroup_of(
-    subgroups: &vk::PhysicalDeviceSubgroupProperties<'_>,
-    sizes: &vk::PhysicalDeviceSubgroupSizeControlProperties<'_>,
-) -> Option<u32> {
+/// Whether compute shaders have what the kernel asks of subgroups.
+fn has_subgroups(subgroups: &vk::PhysicalDeviceSubgroupProperties<'_>) -> bool {
     use vk::SubgroupFeatureFlags as Operations;
     let needed = Operations::BASIC
         | Operations::VOTE
         | Operations::BALLOT
         | Operations::SHUFFLE
         | Operations::ARITHMETIC;
-    let able = subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
-        && subgroups.supported_operations.contains(needed);
-    // Where the size varies, the least is what may come.
-    let size = if sizes.min_subgroup_size > 0 { sizes.min_subgroup_size } else { subgroups.subgroup_size };
-    able.then_some(size)
+    subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+        && subgroups.supported_operations.contains(needed)
 }
 
 fn text(name: Result<&CStr, impl Sized>) -> String {
@@ -320,9 +312,7 @@ pub(crate) fn devices_with(form: Intersection) -> Vec<DeviceInfo> {
 pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
     let Ok(driver) = Driver::load() else { return Vec::new() };
     let all = driver.devices().into_iter().enumerate();
-    all.filter(|(_, device)| device.limits.subgroup.is_some())
-        .map(|(index, device)| device.describe(index))
-        .collect()
+    all.filter(|(_, device)| device.limits.subgroups).map(|(index, device)| device.describe(index)).collect()
 }
 
 /// The device that a description is of, if it is still there.

@@ -82,7 +82,7 @@ fn start(
     };
     let (gpu, intersection) = Gpu::open(device, held)?;
     let lone = match asked {
-        Asked::Nothing => Some(Guess::by_default(gpu.limits.subgroup)),
+        Asked::Nothing => Some(Guess::by_default(gpu.limits.subgroups)),
         Asked::Intersection(_) => None,
         Asked::Guess(guess) => Some(guess),
     };

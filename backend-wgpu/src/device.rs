@@ -59,9 +59,8 @@ fn short_of(limits: &wgpu::Limits) -> Option<String> {
     short.map(|(what, has, needed)| format!("it has {has} {what}; {needed} are needed"))
 }
 
-/// Invocations of an adapter's subgroups at least, where it has any.
-fn subgroup(adapter: &wgpu::Adapter) -> Option<u32> {
-    adapter.features().contains(wgpu::Features::SUBGROUP).then(|| adapter.get_info().subgroup_min_size)
+fn has_subgroups(adapter: &wgpu::Adapter) -> bool {
+    adapter.features().contains(wgpu::Features::SUBGROUP)
 }
 
 /// Adapters that cannot run the kernel, and the lack of any.
@@ -87,7 +86,7 @@ pub(crate) fn devices() -> Vec<DeviceInfo> {
 /// What this machine offers that has subgroups; numbered as by [`devices`].
 pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
     let all = adapters();
-    let able = all.iter().enumerate().filter(|(_, adapter)| subgroup(adapter).is_some());
+    let able = all.iter().enumerate().filter(|(_, adapter)| has_subgroups(adapter));
     able.map(|(index, adapter)| describe(index, adapter)).collect()
 }
 
@@ -114,8 +113,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What may be asked of it.
     pub limits: wgpu::Limits,
-    /// Invocations of a subgroup at least, where it has the operations of WGSL's subgroups.
-    pub subgroup: Option<u32>,
+    /// Whether it has the operations of WGSL's subgroups.
+    pub subgroups: bool,
     /// How long one dispatch may take before the device counts as hung.
     pub deadline: Duration,
     name: String,
@@ -144,7 +143,7 @@ impl Gpu {
     pub fn of(adapter: &wgpu::Adapter) -> Result<Self, Error> {
         let name = adapter.get_info().name;
         let limits = adapter.limits();
-        let subgroup = subgroup(adapter);
+        let subgroups = has_subgroups(adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("gemtrace"),
             required_features: adapter.features() & wgpu::Features::SUBGROUP,
@@ -160,7 +159,7 @@ impl Gpu {
         device.set_device_lost_callback(move |_, message| {
             note(&first, format!("the device was lost: {message}"));
         });
-        Ok(Gpu { device, queue, limits, subgroup, deadline: DEADLINE, name, failure })
+        Ok(Gpu { device, queue, limits, subgroups, deadline: DEADLINE, name, failure })
     }
 
     /// The error that this device has failed with the given message.

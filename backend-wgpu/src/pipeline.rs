@@ -80,8 +80,8 @@ fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEn
 impl Intersection {
     fn new(gpu: &Gpu, scene: &PreparedScene, form: Form, guess: Option<Guess>) -> Result<Self, Error> {
         if scene.geometry.stones.is_empty() || scene.lone_convex_stone().is_some() {
-            let guess = guess.unwrap_or(Guess::by_default(gpu.subgroup));
-            if guess == Guess::Subgroup && gpu.subgroup.is_none() {
+            let guess = guess.unwrap_or(Guess::by_default(gpu.subgroups));
+            if guess == Guess::Subgroup && !gpu.subgroups {
                 return Err(gpu.error("this device has no subgroup operations"));
             }
             let facets = Facets::new(scene, guess, gpu.limits.max_compute_workgroup_storage_size);

@@ -47,6 +47,10 @@ pub const FRESNEL: &str = include_str!("kernel/fresnel.wgsl");
 pub const STOKES: &str = include_str!("kernel/stokes.wgsl");
 /// The set of stones that a ray is in; needs the constants only.
 pub const NEST: &str = include_str!("kernel/nest.wgsl");
+/// The directions in which a ray goes on from a surface; needs nothing.
+pub const DIRECTION: &str = include_str!("kernel/direction.wgsl");
+/// Surfaces, and the contract of `intersect`, which it needs, with [`SCENE`], [`NEST`] and [`DIRECTION`].
+pub const SURFACE: &str = include_str!("kernel/surface.wgsl");
 /// The block that is the same for every ray.
 pub const SCENE: &str = include_str!("kernel/scene.wgsl");
 /// Wavelengths and their optics; needs [`SCENE`].
@@ -54,8 +58,6 @@ pub const LINE: &str = include_str!("kernel/line.wgsl");
 /// The environment; needs [`SCENE`] and [`LINE`].
 pub const LIGHT: &str = include_str!("kernel/light.wgsl");
 
-const DIRECTION: &str = include_str!("kernel/direction.wgsl");
-const SURFACE: &str = include_str!("kernel/surface.wgsl");
 const WALK: &str = include_str!("kernel/walk.wgsl");
 const TREE: &str = include_str!("kernel/tree.wgsl");
 const MAIN_TRACE: &str = include_str!("kernel/main_trace.wgsl");
@@ -138,7 +140,7 @@ impl Form {
 
     /// The shader with the entry point `trace` for one convex stone, or none.
     pub fn trace_facets(&self, facets: &Facets) -> String {
-        self.traced([&facets.text(), ""])
+        self.traced([&facets.intersect(), facets.main()])
     }
 
     /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and

@@ -21,19 +21,17 @@ pub enum Guess {
 impl Guess {
     /// Every form, the one that needs least of a device first.
     pub const ALL: [Guess; 3] = [Guess::Nothing, Guess::Start, Guess::Subgroup];
-    /// Invocations of a subgroup from which on guessing together is the default.
-    pub const WIDE: u32 = 16;
 
-    /// What a device gets that is not asked for a form. `subgroup` is how many invocations its subgroups have at
-    /// least, where it has all the operations that [`Guess::Subgroup`] needs.
+    /// What a device gets that is not asked for a form. `subgroups` says whether it has the operations that
+    /// [`Guess::Subgroup`] needs.
     ///
     /// ```
     /// use spectral_core::kernel::facets::Guess;
-    /// assert_eq!(Guess::by_default(Some(32)), Guess::Subgroup);
-    /// assert_eq!(Guess::by_default(None), Guess::Start);
+    /// assert_eq!(Guess::by_default(true), Guess::Subgroup);
+    /// assert_eq!(Guess::by_default(false), Guess::Start);
     /// ```
-    pub fn by_default(subgroup: Option<u32>) -> Self {
-        if subgroup.is_some_and(|size| size >= Self::WIDE) { Guess::Subgroup } else { Guess::Start }
+    pub fn by_default(subgroups: bool) -> Self {
+        if subgroups { Guess::Subgroup } else { Guess::Start }
     }
 
     /// Its name: `nothing`, `start` or `subgroup`.
@@ -45,12 +43,11 @@ impl Guess {
         }
     }
 
-    fn text(self) -> [&'static str; 2] {
-        const MAIN: &str = include_str!("main_planes.wgsl");
+    fn text(self) -> &'static str {
         match self {
-            Guess::Nothing => [include_str!("guess_nothing.wgsl"), MAIN],
-            Guess::Start => [include_str!("guess_start.wgsl"), MAIN],
-            Guess::Subgroup => [include_str!("guess_subgroup.wgsl"), include_str!("main_subgroup.wgsl")],
+            Guess::Nothing => include_str!("guess_nothing.wgsl"),
+            Guess::Start => include_str!("guess_start.wgsl"),
+            Guess::Subgroup => include_str!("guess_subgroup.wgsl"),
         }
     }
 }
@@ -109,8 +106,8 @@ impl Facets {
         [self.count.max(1).next_multiple_of(64), (self.outlines.len() as u32).next_multiple_of(256)]
     }
 
-    /// The constants of `intersect` and its parts, and the entry point.
-    pub(super) fn text(&self) -> String {
+    /// `intersect` with all its parts and constants; needs [`SURFACE`](super::SURFACE).
+    pub fn intersect(&self) -> String {
         let mut text = String::new();
         let [planes, words] = self.room();
         let bits = PreparedStone::MOST_PLANES.next_power_of_two() - 1;
@@ -128,8 +125,15 @@ impl Facets {
         } else {
             include_str!("facets_storage.wgsl")
         };
-        let [guess, main] = self.guess.text();
-        [&text, include_str!("intersect_planes.wgsl"), memory, guess, main].join("\n")
+        [&text, include_str!("intersect_planes.wgsl"), memory, self.guess.text()].join("\n")
+    }
+
+    /// The entry point that goes with [`Facets::intersect`].
+    pub(super) fn main(&self) -> &'static str {
+        match self.guess {
+            Guess::Nothing | Guess::Start => include_str!("main_planes.wgsl"),
+            Guess::Subgroup => include_str!("main_subgroup.wgsl"),
+        }
     }
 }
 
