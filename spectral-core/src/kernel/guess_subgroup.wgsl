@@ -1,7 +1,7 @@
 // As `guess_start.wgsl` for rays outside. For those inside, the invocations of a subgroup, which are wavelengths of one
 // pixel sample or of neighbours, search together for the exit of one of them, a few planes each, and all try the
-// facet that they find. Those whose rays leave elsewhere are left for the next round, and after the last for a search
-// of their own.
+// facet that they find. Those whose rays leave elsewhere are left for the next round; one that was searched for and
+// does not believe what was found, near an edge, and those who are left after the last, search for themselves.
 //
 // Invocations that have nothing to guess help to search, but nothing depends on who takes part: it is a guess, and what
 // an absent invocation gives is one that fails.
@@ -58,20 +58,24 @@ fn facets_guess(query: Query) -> Answer {
     var facet = query.start;
     var answer = Answer(false, hit_none(query));
     var open = true;
+    // Whether it is still to be searched for.
+    var asks = inside;
     for (var round = 0u; round < GUESS_ROUNDS; round++) {
-        let asking = subgroupBallot(open && inside);
+        let asking = subgroupBallot(asks);
         if any(asking != vec4(0u)) {
             let leader = ballot_first(asking);
             let origin = subgroupShuffle(query.origin, leader);
             let direction = subgroupShuffle(query.direction, leader);
             let found = facets_share(origin, direction, first, step);
             facet = select(facet, found, inside);
+            asks = asks && subgroup_lane != leader;
         }
         if open {
             answer = facet_verify(query, facet);
             open = inside && !answer.known;
+            asks = asks && open;
         }
-        if !subgroupAny(open) {
+        if !subgroupAny(asks) {
             break;
         }
     }
