@@ -10,14 +10,14 @@
 //!
 //! ```text
 //! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
-//!        + intersect + walk + tree + main_trace + main_compute
+//!        + intersect + walk + tree + main_trace + one of main_compute, main_planes, main_subgroup, main_pipeline
 //! gather = constants + scene + line + nest + fresnel + stokes + throughput + walk + main_gather
 //! ```
 //!
 //! A work item is a pixel sample at one wavelength. `trace` follows its tree of rays with a bounded stack and a
 //! bounded number of rays a dispatch; `gather` sums a sample's wavelengths. [`block`] has the Rust twins of what
 //! passes between host and device, [`pack`] fills them from a [`PreparedScene`](crate::prepare::PreparedScene).
-//! [`texel`] does the same for the light, and [`schedule`] drives the device.
+//! [`facets`] does the same for one convex stone, [`texel`] for the light, and [`schedule`] drives the device.
 
 pub mod block;
 pub mod facets;

@@ -53,7 +53,8 @@ fn facets_share(origin: vec3<f32>, direction: vec3<f32>, first: u32, step: u32) 
 fn facets_guess(query: Query) -> Answer {
     let inside = !nest_is_empty(query.nest);
     let present = subgroupBallot(true);
-    let step = ballot_count(present);
+    // This one at least is present, whatever a driver says: a step of 0 would never end.
+    let step = max(ballot_count(present), 1u);
     let first = ballot_count(ballot_below(present, subgroup_lane));
     var facet = query.start;
     var answer = Answer(false, hit_none(query));
