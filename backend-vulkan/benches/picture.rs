@@ -1,9 +1,11 @@
-//! A small picture, in rays, on every device in every form of intersection that it has: `cargo bench -p backend-vulkan`.
+//! A picture of one convex stone, in rays, on every device by its planes, in every form of guessing, and in every form of
+//! intersection: `cargo bench -p backend-vulkan`.
 
-use backend_vulkan::Intersection;
+use backend_vulkan::{Intersection, guessing};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use spectral_core::{
     film::Film,
+    kernel::facets::Guess,
     material::Catalogue,
     prepare::PreparedScene,
     scene::{Scene, Stone},
@@ -15,14 +17,14 @@ use spectral_core::{
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// A diamond brilliant, 32 × 32 pixels and 4 wavelengths: a software device has to manage, too.
-fn diamond() -> Arc<PreparedScene> {
+/// A diamond brilliant, `size` × `size` pixels and 32 wavelengths.
+fn diamond(size: u32) -> Arc<PreparedScene> {
     let cut = ShapeSpec::by_name("round-brilliant").and_then(|shape| shape.cut()).expect("a built-in cut");
     let mesh = Arc::new(cut.solid().expect("it closes").0);
     let material = Catalogue::builtin().get("diamond").expect("a built-in material").clone();
     let stone = Stone { width: Some(6.5), ..Stone::new("brilliant", mesh, Arc::new(material)) };
-    let scene = Scene { width: 32, height: 32, ..Scene::in_studio(vec![stone]) };
-    let wavelengths = WavelengthGrid::midpoints([400.0, 700.0], 4).expect("a valid grid");
+    let scene = Scene { width: size, height: size, ..Scene::in_studio(vec![stone]) };
+    let wavelengths = WavelengthGrid::midpoints([400.0, 700.0], 32).expect("a valid grid");
     let settings = RenderSettings { samples: 1, wavelengths, threshold: 1e-3, ..RenderSettings::default() };
     Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"))
 }
@@ -32,15 +34,18 @@ fn trace(tracer: &mut dyn Tracer, film: &mut Film) -> TraceReport {
 }
 
 fn pictures(criterion: &mut Criterion) {
-    let backends = Intersection::ALL.map(|form| (form.name(), form.backend()));
+    let guesses = Guess::ALL.map(|guess| (format!("planes, guessing {}", guess.name()), guessing(guess)));
+    let forms = Intersection::ALL.map(|form| (form.name().to_owned(), form.backend()));
+    let backends = [&guesses[..], &forms].concat();
     if backends.iter().all(|(_, backend)| (backend.devices)().is_empty()) {
         println!("nothing to measure: this machine has no Vulkan 1.3 device");
     }
-    let scene = diamond();
     let mut group = criterion.benchmark_group("picture");
     group.sample_size(10);
     for (form, backend) in backends {
         for device in (backend.devices)() {
+            // Enough to fill a GPU; little enough for a software device.
+            let scene = diamond(if device.hardware { 512 } else { 16 });
             let mut film = Film::new(&scene);
             let opened = (backend.open)(&device, Arc::clone(&scene), &OpenOptions::default());
             let mut tracer = opened.expect("a device that is listed opens");

@@ -13,7 +13,11 @@ use bytemuck::{bytes_of, cast_slice};
 use spectral_core::{
     Error,
     kernel::{
-        ENABLE_RAY_QUERY, Form, INTERSECT_PLANES, INTERSECT_RAY_QUERY, block::Scene, pack, texel::Texels,
+        ENABLE_RAY_QUERY, Form, INTERSECT_RAY_QUERY,
+        block::Scene,
+        facets::{Facets, Guess},
+        pack,
+        texel::Texels,
     },
     prepare::{Geometry, PreparedScene},
 };
@@ -37,8 +41,8 @@ pub(crate) struct Kernel {
 
 /// What rays are intersected with.
 enum Surfaces {
-    /// The facet planes, which every form has.
-    Planes,
+    /// The facet planes, which every form has, with what lies around each.
+    Facets(Buffer),
     /// Our nodes and triangles, and the units of the nodes per mm.
     Software([Buffer; 2], f32),
     /// The driver's hierarchy, and what its triangles are.
@@ -46,20 +50,24 @@ enum Surfaces {
 }
 
 impl Kernel {
-    /// Uploads a scene. `lone_planes` lets rays find a lone convex stone by its planes, whatever `intersection` says.
+    /// Uploads a scene. A lone convex stone is met by its planes in the form `lone`, unless that is `None`: then by
+    /// `intersection` like everything else.
     pub fn new(
         gpu: &Arc<Gpu>,
         scene: &PreparedScene,
         intersection: Intersection,
-        lone_planes: bool,
+        lone: Option<Guess>,
     ) -> Result<Self, Error> {
         pack::check(scene)?;
         let form = pack::form(scene, WORKGROUP);
-        let plain = scene.geometry.stones.is_empty() || (lone_planes && scene.lone_convex_stone().is_some());
-        let (text, surfaces) = if plain {
-            ((COMPUTE, form.trace(INTERSECT_PLANES)), Surfaces::Planes)
+        let guess = if scene.geometry.stones.is_empty() {
+            Some(Guess::Nothing)
         } else {
-            Surfaces::new(gpu, &scene.geometry, form, intersection)?
+            lone.filter(|_| scene.lone_convex_stone().is_some())
+        };
+        let (text, surfaces) = match guess {
+            Some(guess) => Surfaces::of_facets(gpu, scene, form, guess)?,
+            None => Surfaces::new(gpu, &scene.geometry, form, intersection)?,
         };
         let texels = Texels::of(&scene.environment.source);
         let format =
@@ -93,7 +101,7 @@ impl Kernel {
             (4, Resource::Storage(&self.materials)),
         ];
         match &self.surfaces {
-            Surfaces::Planes => {}
+            Surfaces::Facets(outlines) => group.push((5, Resource::Storage(outlines))),
             Surfaces::Software([nodes, triangles], _) => {
                 group.extend([(5, Resource::Storage(nodes)), (6, Resource::Storage(triangles))]);
             }
@@ -112,6 +120,21 @@ impl Kernel {
 }
 
 impl Surfaces {
+    /// The shader and what it needs for one convex stone, or none.
+    fn of_facets(
+        gpu: &Arc<Gpu>,
+        scene: &PreparedScene,
+        form: Form,
+        guess: Guess,
+    ) -> Result<((Kind, String), Self), Error> {
+        if guess == Guess::Subgroup && !gpu.limits.subgroups {
+            return Err(gpu.error("this device has no subgroup operations"));
+        }
+        let facets = Facets::new(scene, guess, gpu.limits.workgroup_memory);
+        let outlines = Buffer::filled(gpu, "the facets' outlines", cast_slice(&facets.outlines))?;
+        Ok(((COMPUTE, form.trace_facets(&facets)), Surfaces::Facets(outlines)))
+    }
+
     /// The shader and what it needs for a form of intersection.
     fn new(
         gpu: &Arc<Gpu>,
@@ -155,7 +178,7 @@ impl Surfaces {
     fn builder_scale(&self) -> f32 {
         match self {
             Surfaces::Software(_, scale) => *scale,
-            Surfaces::Planes | Surfaces::Driver(..) => 1.0,
+            Surfaces::Facets(_) | Surfaces::Driver(..) => 1.0,
         }
     }
 }

@@ -32,9 +32,9 @@ mod pipeline;
 mod shader;
 mod tracer;
 
-pub use tracer::open_with;
+pub use tracer::{open_guessing, open_with};
 
-use spectral_core::tracer::Backend;
+use spectral_core::{kernel::facets::Guess, tracer::Backend};
 
 /// The Vulkan backend.
 pub const VULKAN: Backend = Backend {
@@ -44,6 +44,32 @@ pub const VULKAN: Backend = Backend {
     unusable: physical::unusable,
     open: tracer::open,
 };
+
+/// The Vulkan backend held to one form of meeting one convex stone by its planes: only the devices that have it.
+///
+/// ```
+/// use spectral_core::kernel::facets::Guess;
+/// let all = (backend_vulkan::VULKAN.devices)().len();
+/// assert_eq!((backend_vulkan::guessing(Guess::Start).devices)().len(), all);
+/// assert!((backend_vulkan::guessing(Guess::Subgroup).devices)().len() <= all);
+/// ```
+pub fn guessing(guess: Guess) -> Backend {
+    match guess {
+        Guess::Nothing => Backend {
+            open: |device, scene, options| open_guessing(Guess::Nothing, device, scene, options),
+            ..VULKAN
+        },
+        Guess::Start => Backend {
+            open: |device, scene, options| open_guessing(Guess::Start, device, scene, options),
+            ..VULKAN
+        },
+        Guess::Subgroup => Backend {
+            devices: physical::devices_with_subgroups,
+            open: |device, scene, options| open_guessing(Guess::Subgroup, device, scene, options),
+            ..VULKAN
+        },
+    }
+}
 
 /// How rays find surfaces.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

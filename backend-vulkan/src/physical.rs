@@ -90,6 +90,10 @@ pub(crate) struct Offered {
 pub(crate) struct Limits {
     /// Bytes of the largest storage buffer.
     pub storage: u64,
+    /// Bytes of memory that a workgroup shares.
+    pub workgroup_memory: u32,
+    /// Whether compute shaders have the subgroup operations that the kernel uses.
+    pub subgroups: bool,
     /// Workgroups of a dispatch.
     pub workgroups: u32,
     /// Texels along the edge of an image.
@@ -130,8 +134,11 @@ impl Physical {
         let mut structures = vk::PhysicalDeviceAccelerationStructurePropertiesKHR::default();
         let mut tables = vk::PhysicalDeviceRayTracingPipelinePropertiesKHR::default();
         let mut maintenance = vk::PhysicalDeviceMaintenance4Properties::default();
-        let mut all =
-            vk::PhysicalDeviceProperties2::default().push_next(&mut about).push_next(&mut maintenance);
+        let mut subgroups = vk::PhysicalDeviceSubgroupProperties::default();
+        let mut all = vk::PhysicalDeviceProperties2::default()
+            .push_next(&mut about)
+            .push_next(&mut maintenance)
+            .push_next(&mut subgroups);
         if offered.ray_query || offered.pipeline {
             all = all.push_next(&mut structures);
         }
@@ -142,6 +149,8 @@ impl Physical {
         unsafe { instance.get_physical_device_properties2(handle, &mut all) };
         let limits = Limits {
             storage: u64::from(plain.limits.max_storage_buffer_range).min(maintenance.max_buffer_size),
+            workgroup_memory: plain.limits.max_compute_shared_memory_size,
+            subgroups: has_subgroups(&subgroups),
             workgroups: plain.limits.max_compute_work_group_count[0],
             image: plain.limits.max_image_dimension2_d,
             triangles: structures.max_primitive_count,
@@ -180,6 +189,18 @@ impl Physical {
             hardware: self.hardware,
         }
     }
+}
+
+/// Whether compute shaders have what the kernel asks of subgroups.
+fn has_subgroups(subgroups: &vk::PhysicalDeviceSubgroupProperties<'_>) -> bool {
+    use vk::SubgroupFeatureFlags as Operations;
+    let needed = Operations::BASIC
+        | Operations::VOTE
+        | Operations::BALLOT
+        | Operations::SHUFFLE
+        | Operations::ARITHMETIC;
+    subgroups.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+        && subgroups.supported_operations.contains(needed)
 }
 
 fn text(name: Result<&CStr, impl Sized>) -> String {
@@ -285,6 +306,13 @@ pub(crate) fn devices_with(form: Intersection) -> Vec<DeviceInfo> {
     all.filter(|(_, device)| device.offers(form))
         .map(|(index, device)| DeviceInfo { intersection: form.name(), ..device.describe(index) })
         .collect()
+}
+
+/// What this machine offers that has subgroups; numbered as by [`devices`].
+pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
+    let Ok(driver) = Driver::load() else { return Vec::new() };
+    let all = driver.devices().into_iter().enumerate();
+    all.filter(|(_, device)| device.limits.subgroups).map(|(index, device)| device.describe(index)).collect()
 }
 
 /// The device that a description is of, if it is still there.

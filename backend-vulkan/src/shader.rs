@@ -9,10 +9,14 @@ use naga::{
 /// The shader's entry points as SPIR-V, or what is wrong with it.
 ///
 /// No bounds are checked and no loops bounded: the text is ours, its indices come from buffers' own lengths and from
-/// tables that were validated when the scene was prepared, and its loops end by construction.
+/// tables that were validated when the scene was prepared, guesses are compared with their number, and its loops end by
+/// construction.
 pub(crate) fn spirv(source: &str) -> Result<Vec<u32>, String> {
     let module = wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
-    let able = Capabilities::RAY_QUERY | Capabilities::RAY_TRACING_PIPELINE | Capabilities::PRIMITIVE_INDEX;
+    let able = Capabilities::RAY_QUERY
+        | Capabilities::RAY_TRACING_PIPELINE
+        | Capabilities::PRIMITIVE_INDEX
+        | Capabilities::SUBGROUP;
     let info = Validator::new(ValidationFlags::all(), able)
         .validate(&module)
         .map_err(|e| e.emit_to_string(source))?;

@@ -12,6 +12,7 @@ use spectral_core::{
     Error,
     kernel::{
         block::{Gathering, Primary, Seen, Work, ray_bytes, walk_bytes},
+        facets::Guess,
         schedule::{DEADLINE, Finished, KernelTracer, Launch, PATH_MEMORY},
     },
     prepare::PreparedScene,
@@ -27,7 +28,31 @@ pub(crate) fn open(
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
-    start(device, None, scene, options)
+    start(device, Asked::Nothing, scene, options)
+}
+
+/// What a caller says of how surfaces are found.
+#[derive(Clone, Copy)]
+enum Asked {
+    Nothing,
+    /// For every scene.
+    Intersection(Intersection),
+    /// For one convex stone.
+    Guess(Guess),
+}
+
+/// Opens one of [`VULKAN`](crate::VULKAN)'s devices for a scene; one convex stone is met by its planes in this way,
+/// whatever suits the device.
+///
+/// # Errors
+/// [`Error::Device`] where the device has no subgroups that are asked for, or fails.
+pub fn open_guessing(
+    guess: Guess,
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
+    start(device, Asked::Guess(guess), scene, options)
 }
 
 /// Opens one of [`VULKAN`](crate::VULKAN)'s devices for a scene, with a form of intersection that is used whatever
@@ -41,18 +66,27 @@ pub fn open_with(
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
-    start(device, Some(intersection), scene, options)
+    start(device, Asked::Intersection(intersection), scene, options)
 }
 
 fn start(
     device: &DeviceInfo,
-    asked: Option<Intersection>,
+    asked: Asked,
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
     let start = Instant::now();
-    let (gpu, intersection) = Gpu::open(device, asked)?;
-    let kernel = Kernel::new(&gpu, &scene, intersection, asked.is_none())?;
+    let held = match asked {
+        Asked::Intersection(intersection) => Some(intersection),
+        Asked::Nothing | Asked::Guess(_) => None,
+    };
+    let (gpu, intersection) = Gpu::open(device, held)?;
+    let lone = match asked {
+        Asked::Nothing => Some(Guess::by_default(gpu.limits.subgroups)),
+        Asked::Intersection(_) => None,
+        Asked::Guess(guess) => Some(guess),
+    };
+    let kernel = Kernel::new(&gpu, &scene, intersection, lone)?;
     let lines = scene.wavelength_count() as u32;
     let spectral = scene.settings.spectral;
     let buffers = Buffers::new(&gpu, &kernel, 1, lines, spectral)?;

@@ -59,6 +59,10 @@ fn short_of(limits: &wgpu::Limits) -> Option<String> {
     short.map(|(what, has, needed)| format!("it has {has} {what}; {needed} are needed"))
 }
 
+fn has_subgroups(adapter: &wgpu::Adapter) -> bool {
+    adapter.features().contains(wgpu::Features::SUBGROUP)
+}
+
 /// Adapters that cannot run the kernel, and the lack of any.
 pub(crate) fn unusable() -> Vec<Unusable> {
     let all = all();
@@ -77,6 +81,13 @@ pub(crate) fn unusable() -> Vec<Unusable> {
 /// What this machine offers.
 pub(crate) fn devices() -> Vec<DeviceInfo> {
     adapters().iter().enumerate().map(|(index, adapter)| describe(index, adapter)).collect()
+}
+
+/// What this machine offers that has subgroups; numbered as by [`devices`].
+pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
+    let all = adapters();
+    let able = all.iter().enumerate().filter(|(_, adapter)| has_subgroups(adapter));
+    able.map(|(index, adapter)| describe(index, adapter)).collect()
 }
 
 fn describe(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
@@ -102,6 +113,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What may be asked of it.
     pub limits: wgpu::Limits,
+    /// Whether it has the operations of WGSL's subgroups.
+    pub subgroups: bool,
     /// How long one dispatch may take before the device counts as hung.
     pub deadline: Duration,
     name: String,
@@ -130,8 +143,10 @@ impl Gpu {
     pub fn of(adapter: &wgpu::Adapter) -> Result<Self, Error> {
         let name = adapter.get_info().name;
         let limits = adapter.limits();
+        let subgroups = has_subgroups(adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("gemtrace"),
+            required_features: adapter.features() & wgpu::Features::SUBGROUP,
             required_limits: limits.clone(),
             ..wgpu::DeviceDescriptor::default()
         };
@@ -144,7 +159,7 @@ impl Gpu {
         device.set_device_lost_callback(move |_, message| {
             note(&first, format!("the device was lost: {message}"));
         });
-        Ok(Gpu { device, queue, limits, deadline: DEADLINE, name, failure })
+        Ok(Gpu { device, queue, limits, subgroups, deadline: DEADLINE, name, failure })
     }
 
     /// The error that this device has failed with the given message.

@@ -16,7 +16,7 @@ mod environment;
 mod pipeline;
 mod tracer;
 
-use spectral_core::tracer::Backend;
+use spectral_core::{kernel::facets::Guess, tracer::Backend};
 
 /// The wgpu backend.
 pub const WGPU: Backend = Backend {
@@ -27,6 +27,32 @@ pub const WGPU: Backend = Backend {
     open: tracer::open,
 };
 
+/// The wgpu backend held to one form of meeting one convex stone: only the devices that have it.
+///
+/// ```
+/// use spectral_core::kernel::facets::Guess;
+/// let all = (backend_wgpu::WGPU.devices)().len();
+/// assert_eq!((backend_wgpu::guessing(Guess::Start).devices)().len(), all);
+/// assert!((backend_wgpu::guessing(Guess::Subgroup).devices)().len() <= all);
+/// ```
+pub fn guessing(guess: Guess) -> Backend {
+    match guess {
+        Guess::Nothing => Backend {
+            open: |device, scene, options| open_guessing(Guess::Nothing, device, scene, options),
+            ..WGPU
+        },
+        Guess::Start => Backend {
+            open: |device, scene, options| open_guessing(Guess::Start, device, scene, options),
+            ..WGPU
+        },
+        Guess::Subgroup => Backend {
+            devices: device::devices_with_subgroups,
+            open: |device, scene, options| open_guessing(Guess::Subgroup, device, scene, options),
+            ..WGPU
+        },
+    }
+}
+
 pub use device::{Gpu, adapters};
 pub use environment::{Light, upload};
-pub use tracer::open_on;
+pub use tracer::{open_guessing, open_on};

@@ -8,7 +8,12 @@ use accel::{BuildOptions, Bvh, glam::Vec3, software};
 use bytemuck::{bytes_of, cast_slice};
 use spectral_core::{
     Error,
-    kernel::{Form, INTERSECT_PLANES, block::Scene, pack},
+    kernel::{
+        Form,
+        block::Scene,
+        facets::{Facets, Guess},
+        pack,
+    },
     prepare::{Geometry, PreparedScene},
 };
 
@@ -25,20 +30,20 @@ pub(crate) struct Stage {
     pub scene: wgpu::BindGroup,
 }
 
-/// How rays find surfaces: the shader's text, and the buffers of its own.
+/// How rays find surfaces: the shader of `trace`, and the buffers of its own, from binding 5 on.
 struct Intersection {
     text: String,
-    /// Nodes and triangles.
-    hierarchy: Option<[wgpu::Buffer; 2]>,
+    buffers: Vec<wgpu::Buffer>,
     builder_scale: f32,
 }
 
 impl Kernel {
-    /// Compiles the kernel for a scene and uploads what does not change from sample to sample.
-    pub fn new(gpu: &Gpu, scene: &PreparedScene) -> Result<Self, Error> {
+    /// Compiles the kernel for a scene and uploads what does not change from sample to sample. `guess` is for one
+    /// convex stone, and by default what suits the device.
+    pub fn new(gpu: &Gpu, scene: &PreparedScene, guess: Option<Guess>) -> Result<Self, Error> {
         pack::check(scene)?;
         let form = pack::form(scene, WORKGROUP);
-        let intersection = Intersection::new(gpu, scene)?;
+        let intersection = Intersection::new(gpu, scene, form, guess)?;
         let light = environment::upload(gpu, &scene.environment.source)?;
         let block = gpu.buffer(
             "scene",
@@ -60,11 +65,8 @@ impl Kernel {
             entry(3, planes.as_entire_binding()),
             entry(4, materials.as_entire_binding()),
         ];
-        if let Some([nodes, triangles]) = &intersection.hierarchy {
-            entries.push(entry(5, nodes.as_entire_binding()));
-            entries.push(entry(6, triangles.as_entire_binding()));
-        }
-        let trace = Stage::new(gpu, "trace", &form.trace(&intersection.text), &entries)?;
+        entries.extend((5..).zip(&intersection.buffers).map(|(at, b)| entry(at, b.as_entire_binding())));
+        let trace = Stage::new(gpu, "trace", &intersection.text, &entries)?;
         let entries = [entry(0, block.as_entire_binding()), entry(2, optics.as_entire_binding())];
         let gather = Stage::new(gpu, "gather", &form.gather(), &entries)?;
         Ok(Kernel { form, trace, gather })
@@ -76,20 +78,25 @@ fn entry(binding: u32, resource: wgpu::BindingResource<'_>) -> wgpu::BindGroupEn
 }
 
 impl Intersection {
-    fn new(gpu: &Gpu, scene: &PreparedScene) -> Result<Self, Error> {
+    fn new(gpu: &Gpu, scene: &PreparedScene, form: Form, guess: Option<Guess>) -> Result<Self, Error> {
         if scene.geometry.stones.is_empty() || scene.lone_convex_stone().is_some() {
-            return Ok(Intersection {
-                text: INTERSECT_PLANES.to_owned(),
-                hierarchy: None,
-                builder_scale: 1.0,
-            });
+            let guess = guess.unwrap_or(Guess::by_default(gpu.subgroups));
+            if guess == Guess::Subgroup && !gpu.subgroups {
+                return Err(gpu.error("this device has no subgroup operations"));
+            }
+            let facets = Facets::new(scene, guess, gpu.limits.max_compute_workgroup_storage_size);
+            let mut buffers = Vec::new();
+            if facets.verifies() {
+                buffers.push(gpu.filled("the facets' outlines", cast_slice(&facets.outlines))?);
+            }
+            return Ok(Intersection { text: form.trace_facets(&facets), buffers, builder_scale: 1.0 });
         }
         let bvh = hierarchy(&scene.geometry).map_err(|e| gpu.error(e.to_string()))?;
         let triangles = bvh.triangle_blocks(|number| scene.geometry.facet_of[number as usize]);
         let nodes = gpu.filled("the hierarchy's nodes", bvh.node_bytes())?;
         let triangles = gpu.filled("the triangles", cast_slice(&triangles))?;
-        let text = bvh.wgsl_constants() + software::INTERSECT;
-        Ok(Intersection { text, hierarchy: Some([nodes, triangles]), builder_scale: bvh.builder_scale() })
+        let text = form.trace(&(bvh.wgsl_constants() + software::INTERSECT));
+        Ok(Intersection { text, buffers: vec![nodes, triangles], builder_scale: bvh.builder_scale() })
     }
 }
 
@@ -149,6 +156,7 @@ fn module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModul
         wgpu::ShaderModuleDescriptor { label: Some(label), source: wgpu::ShaderSource::Wgsl(source.into()) };
     // SAFETY: the text is ours, not a user's. Every index it takes comes from the buffers' own lengths (items, stack
     // places) or from tables that were validated when the scene was prepared (facets, ranks, materials, lines) or
-    // built (nodes, triangles), and every loop ends: traversals by the tree's size, walks by their budget.
+    // built (outlines, nodes, triangles); a guessed facet is compared with their number; and every loop ends: traversals
+    // by the tree's size, walks by their budget.
     unsafe { device.create_shader_module_trusted(descriptor, wgpu::ShaderRuntimeChecks::unchecked()) }
 }

@@ -9,6 +9,7 @@ use spectral_core::{
     Error,
     kernel::{
         block::Primary,
+        facets::Guess,
         schedule::{Finished, KernelTracer, Launch, PATH_MEMORY},
     },
     prepare::PreparedScene,
@@ -26,6 +27,19 @@ pub(crate) fn open(
     open_on(Gpu::open(device)?, device, scene, options)
 }
 
+/// Opens an adapter for a scene; one convex stone is met in this way, whatever suits the device.
+///
+/// # Errors
+/// As [`open_on`], and [`Error::Device`] where the device has no subgroups that are asked for.
+pub fn open_guessing(
+    guess: Guess,
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
+    start(Gpu::open(device)?, Some(guess), device, scene, options)
+}
+
 /// Opens a scene on a device that is open already, which `device` describes: for callers that keep a hand on it.
 ///
 /// # Errors
@@ -37,10 +51,20 @@ pub fn open_on(
     scene: Arc<PreparedScene>,
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
+    start(gpu, None, device, scene, options)
+}
+
+fn start(
+    gpu: Gpu,
+    guess: Option<Guess>,
+    device: &DeviceInfo,
+    scene: Arc<PreparedScene>,
+    options: &OpenOptions,
+) -> Result<Box<dyn Tracer>, Error> {
     let start = Instant::now();
     let mut gpu = gpu;
     gpu.deadline = options.deadline.unwrap_or(gpu.deadline);
-    let kernel = Kernel::new(&gpu, &scene)?;
+    let kernel = Kernel::new(&gpu, &scene, guess)?;
     let lines = scene.wavelength_count() as u32;
     let spectral = scene.settings.spectral;
     let batch = Batch::new(&gpu, &kernel, 1, lines, spectral)?;

@@ -5,21 +5,22 @@
 //! no preprocessor, no build script. WGSL lets declarations stand in any order, so the order of the parts means
 //! nothing.
 //!
-//! Only `intersect` is swapped (`surface.wgsl` states its contract): [`INTERSECT_PLANES`] for one convex stone; a
-//! bounding volume hierarchy or the device's own ray tracing for anything else.
+//! Only `intersect` is swapped (`surface.wgsl` states its contract): [`facets`] for one convex stone; a bounding volume
+//! hierarchy or the device's own ray tracing for anything else.
 //!
 //! ```text
 //! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
-//!        + intersect + walk + tree + main_trace + main_compute
+//!        + intersect + walk + tree + main_trace + one of main_compute, main_planes, main_subgroup, main_pipeline
 //! gather = constants + scene + line + nest + fresnel + stokes + throughput + walk + main_gather
 //! ```
 //!
 //! A work item is a pixel sample at one wavelength. `trace` follows its tree of rays with a bounded stack and a
 //! bounded number of rays a dispatch; `gather` sums a sample's wavelengths. [`block`] has the Rust twins of what
 //! passes between host and device, [`pack`] fills them from a [`PreparedScene`](crate::prepare::PreparedScene).
-//! [`texel`] does the same for the light, and [`schedule`] drives the device.
+//! [`facets`] does the same for one convex stone, [`texel`] for the light, and [`schedule`] drives the device.
 
 pub mod block;
+pub mod facets;
 pub mod pack;
 pub mod schedule;
 pub mod texel;
@@ -28,10 +29,8 @@ use crate::{
     prepare::{Nest, Rounding},
     settings::RenderSettings,
 };
+use facets::Facets;
 use std::fmt::Write;
-
-/// `intersect` for one convex stone, by the planes of its facets.
-pub const INTERSECT_PLANES: &str = include_str!("kernel/intersect_planes.wgsl");
 
 /// `intersect` by ray queries on the device's own hierarchy. A shader with it begins with [`ENABLE_RAY_QUERY`].
 pub const INTERSECT_RAY_QUERY: &str =
@@ -48,6 +47,10 @@ pub const FRESNEL: &str = include_str!("kernel/fresnel.wgsl");
 pub const STOKES: &str = include_str!("kernel/stokes.wgsl");
 /// The set of stones that a ray is in; needs the constants only.
 pub const NEST: &str = include_str!("kernel/nest.wgsl");
+/// The directions in which a ray goes on from a surface; needs nothing.
+pub const DIRECTION: &str = include_str!("kernel/direction.wgsl");
+/// Surfaces, and the contract of `intersect`, which it needs, with [`SCENE`], [`NEST`] and [`DIRECTION`].
+pub const SURFACE: &str = include_str!("kernel/surface.wgsl");
 /// The block that is the same for every ray.
 pub const SCENE: &str = include_str!("kernel/scene.wgsl");
 /// Wavelengths and their optics; needs [`SCENE`].
@@ -55,8 +58,6 @@ pub const LINE: &str = include_str!("kernel/line.wgsl");
 /// The environment; needs [`SCENE`] and [`LINE`].
 pub const LIGHT: &str = include_str!("kernel/light.wgsl");
 
-const DIRECTION: &str = include_str!("kernel/direction.wgsl");
-const SURFACE: &str = include_str!("kernel/surface.wgsl");
 const WALK: &str = include_str!("kernel/walk.wgsl");
 const TREE: &str = include_str!("kernel/tree.wgsl");
 const MAIN_TRACE: &str = include_str!("kernel/main_trace.wgsl");
@@ -135,6 +136,11 @@ impl Form {
     /// constants it needs.
     pub fn trace(&self, intersect: &str) -> String {
         self.traced([intersect, MAIN_COMPUTE])
+    }
+
+    /// The shader with the entry point `trace` for one convex stone, or none.
+    pub fn trace_facets(&self, facets: &Facets) -> String {
+        self.traced([&facets.intersect(), facets.main()])
     }
 
     /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and

@@ -5,10 +5,20 @@ use naga::{
     valid::{Capabilities, ModuleInfo, ValidationFlags, Validator},
 };
 use spectral_core::kernel::{
-    ENABLE_RAY_QUERY, Form, INTERSECT_PLANES, INTERSECT_RAY_QUERY,
+    ENABLE_RAY_QUERY, Form, INTERSECT_RAY_QUERY,
     block::{Gathering, Plane, Primary, Scene, Seen, Work, ray_bytes, walk_bytes},
+    facets::{Facets, Guess},
 };
+use spectral_core::{
+    material::Catalogue,
+    mesh::{Mesh, MeshOptions},
+    prepare::PreparedScene,
+    scene::{Scene as Described, Stone},
+    settings::RenderSettings,
+};
+use std::f64::consts::TAU;
 use std::mem::offset_of;
+use std::sync::Arc;
 
 fn forms() -> impl Iterator<Item = Form> {
     [(true, true), (true, false), (false, true), (false, false)]
@@ -26,12 +36,57 @@ fn validated(module: &Module, source: &str, able: Capabilities) -> ModuleInfo {
         .unwrap_or_else(|e| panic!("{}", e.emit_to_string(source)))
 }
 
+/// A prism over a regular polygon.
+fn facets(sides: u32, guess: Guess) -> Facets {
+    let corner = |i: u32, z: f64| {
+        let (sin, cos) = (TAU * f64::from(i) / f64::from(sides)).sin_cos();
+        [cos, sin, z].into()
+    };
+    let positions = [-1.0, 1.0].into_iter().flat_map(|z| (0..sides).map(move |i| corner(i, z))).collect();
+    let wall = |i: u32| {
+        let j = (i + 1) % sides;
+        [[i, j, sides + j], [i, sides + j, sides + i]]
+    };
+    let ends = |i: u32| [[0, i + 1, i], [sides, sides + i, sides + i + 1]];
+    let triangles = (0..sides).flat_map(wall).chain((1..sides - 1).flat_map(ends)).collect();
+    let mesh = Mesh::from_triangles(positions, triangles, &MeshOptions::default()).expect("a closed mesh").0;
+    let quartz = Catalogue::builtin().get("quartz").expect("a built-in material").clone();
+    let scene = Described::in_studio(vec![Stone::new("prism", Arc::new(mesh), Arc::new(quartz))]);
+    let scene = PreparedScene::new(&scene, &RenderSettings::default()).expect("a valid scene");
+    Facets::new(&scene, guess, 16 << 10)
+}
+
+#[test]
+fn the_table_of_outlines_lists_each_facets_neighbours() {
+    let facets = facets(3, Guess::Start);
+    assert_eq!(facets.count, 5);
+    let list = |facet: usize| {
+        let [begin, end] = [facet, facet + 1].map(|place| facets.outlines[place] as usize);
+        &facets.outlines[begin..end]
+    };
+    // Each wall meets the other walls and both ends, each end the three walls.
+    let sizes: Vec<_> = (0..5).map(|facet| list(facet).len()).collect();
+    assert_eq!(sizes.iter().filter(|size| **size == 4).count(), 3);
+    assert_eq!(sizes.iter().filter(|size| **size == 3).count(), 2);
+    assert_eq!(facets.outlines[0], 6);
+    assert_eq!(facets.outlines[5] as usize, facets.outlines.len());
+    assert!(
+        (0..5).all(|facet| list(facet).iter().all(|other| list(*other as usize).contains(&(facet as u32))))
+    );
+}
+
 #[test]
 fn every_form_is_valid() {
     for form in forms() {
-        for (source, entry) in [(form.trace(INTERSECT_PLANES), "trace"), (form.gather(), "gather")] {
+        let mut texts = vec![(form.gather(), "gather", Capabilities::empty())];
+        for guess in Guess::ALL {
+            let able = if guess == Guess::Subgroup { Capabilities::SUBGROUP } else { Capabilities::empty() };
+            // In workgroup memory, and in storage buffers.
+            texts.extend([32, 500].map(|sides| (form.trace_facets(&facets(sides, guess)), "trace", able)));
+        }
+        for (source, entry, able) in texts {
             let module = parsed(&source);
-            validated(&module, &source, Capabilities::empty());
+            validated(&module, &source, able);
             assert_eq!(module.entry_points.len(), 1);
             assert_eq!(module.entry_points[0].name, entry);
             assert_eq!(module.entry_points[0].workgroup_size, [64, 1, 1]);
@@ -79,7 +134,7 @@ macro_rules! same_layout {
 #[test]
 fn structures_lie_as_their_twins() {
     for form in forms() {
-        let trace = parsed(&form.trace(INTERSECT_PLANES));
+        let trace = parsed(&form.trace_facets(&facets(32, Guess::Start)));
         same_layout!(
             &trace,
             Scene {
@@ -103,7 +158,8 @@ fn structures_lie_as_their_twins() {
                 ground_low,
                 ground_per_mm,
                 ground_last,
-                grazing
+                grazing,
+                facets
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });

@@ -48,8 +48,8 @@ pub struct Scene {
     pub ground_last: f32,
     /// The least slope of rays that see the ground.
     pub grazing: f32,
-    /// Nothing.
-    pub padding: u32,
+    /// Facet planes, where one convex stone is met by them.
+    pub facets: u32,
 }
 
 /// A facet plane (`surface.wgsl`).
@@ -76,7 +76,7 @@ pub struct Primary {
     pub first_line: u32,
     /// Unit.
     pub direction: [f32; 3],
-    /// 0 where the ray passes the stones by.
+    /// 0 where the ray passes the stones by; else one more than the facet that it may come to first.
     pub near: u32,
     /// Linear sRGB seen where the ray meets no stone.
     pub background: [f32; 3],

@@ -28,7 +28,7 @@ fn stack_load(item: u32, place: u32) -> Ray {
 // A walk before its first surface.
 fn walk_begin(primary: Primary) -> Walk {
     let throughput = throughput_eye(primary.direction);
-    let ray = Ray(primary.origin, 0u, primary.direction, throughput, scene.eye_nest);
+    let ray = Ray(primary.origin, 0u, primary.direction, throughput, scene.eye_nest, max(primary.near, 1u) - 1u);
     let state = select(WALK_PASSING, WALK_GOING, primary.near != 0u);
     return Walk(ray, 0.0, Account(0u, 0.0, 0.0, 0.0, 0.0), 0u, state, 0u);
 }

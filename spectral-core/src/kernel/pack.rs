@@ -14,6 +14,7 @@ use crate::{
     scene::Background,
     settings::Leftover,
 };
+use glam::DVec3;
 use std::ops::Range;
 
 impl Nest {
@@ -83,7 +84,7 @@ pub fn scene(scene: &PreparedScene) -> Scene {
         transparent: u32::from(scene.background == Background::Transparent),
         builder_scale: 1.0,
         gain: 1.0,
-        padding: 0,
+        facets: scene.lone_convex_stone().map_or(0, |stone| stone.facets.len() as u32),
         ..below(&scene.environment)
     }
 }
@@ -161,13 +162,12 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
             for sample in samples.clone() {
                 let offset = scene.settings.offset(sample);
                 let ray = scene.view.ray(f64::from(x) + offset[0], f64::from(y) + offset[1]);
-                let near =
-                    if scene.geometry.stones.is_empty() { None } else { scene.geometry.approach(&ray) };
+                let near = scene.geometry.arrival(&ray);
                 rays.push(Primary {
-                    origin: near.unwrap_or_default().as_vec3().to_array(),
+                    origin: near.map_or(DVec3::ZERO, |(start, _)| start).as_vec3().to_array(),
                     first_line: sample % scene.tables.len() as u32 * lines,
                     direction: ray.direction.as_vec3().to_array(),
-                    near: u32::from(near.is_some()),
+                    near: near.map_or(0, |(_, facet)| facet as u32 + 1),
                     background: background(scene, &ray),
                     padding: 0,
                 });

@@ -37,6 +37,8 @@ struct Scene {
     ground_last: f32,
     // The least slope of rays that see the ground.
     grazing: f32,
+    // Facet planes, where one convex stone is met by them.
+    facets: u32,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

@@ -24,6 +24,8 @@ struct Plane {
 
 struct Query {
     origin: vec3<f32>,
+    // The facet that the ray may start on: see `Ray`. A guess.
+    start: u32,
     direction: vec3<f32>,
     t_min: f32,
     t_max: f32,
@@ -49,6 +51,7 @@ struct Crossing {
     found: bool,
     // mm along the ray; never negative.
     distance: f32,
+    facet: u32,
     // Unit, on the side the ray comes from.
     normal: vec3<f32>,
     // The stones the ray is in as it arrives, and if it goes through.
@@ -115,9 +118,9 @@ fn rescue_origin(origin: vec3<f32>, attempt: u32) -> vec3<f32> {
 //
 // One loop asks all questions, so that `intersect`, which is long, stands in the program once: first for the surface,
 // again from beside where it must exist and is missed, then for contacts until there are no more.
-fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest) -> Crossing {
-    var query = Query(origin, direction, -scene.behind, LARGEST, nest, false, vec3(0.0), Nest(0u));
-    var crossing = Crossing(false, 0.0, vec3(0.0), nest, nest);
+fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest, start: u32) -> Crossing {
+    var query = Query(origin, start, direction, -scene.behind, LARGEST, nest, false, vec3(0.0), Nest(0u));
+    var crossing = Crossing(false, 0.0, start, vec3(0.0), nest, nest);
     var crossed = 0u;
     for (var asked = 0u; asked < RESCUES + NEST_CAPACITY; asked++) {
         let hit = intersect(query);
@@ -126,6 +129,7 @@ fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest) -> Cros
             if !crossing.found {
                 crossing.found = true;
                 crossing.distance = surface_distance(hit, origin, direction);
+                crossing.facet = hit.facet;
                 crossing.normal = select(plane.normal, -plane.normal, inner(plane.normal, direction) > 0.0);
                 let window = scene.contact / max(abs(inner(plane.normal, direction)), GRAZING);
                 query.origin = origin;
@@ -158,13 +162,14 @@ fn surfaces_optics(nest: Nest) -> u32 {
     return material_of_rank[nest_top(nest) - 1u] + 1u;
 }
 
-// The next optical interface along a ray.
-fn surfaces_next(origin: vec3<f32>, direction: vec3<f32>, start: Nest) -> Crossing {
+// The next optical interface along a ray that may start on a facet.
+fn surfaces_next(origin: vec3<f32>, direction: vec3<f32>, begin: Nest, start: u32) -> Crossing {
     var at = origin;
     var travelled = 0.0;
-    var nest = start;
+    var nest = begin;
+    var facet = start;
     for (var i = 0u; i < MOST_CROSSINGS; i++) {
-        var crossing = surfaces_nearest(at, direction, nest);
+        var crossing = surfaces_nearest(at, direction, nest, facet);
         if !crossing.found || surfaces_optics(crossing.before) != surfaces_optics(crossing.after) {
             crossing.distance += travelled;
             return crossing;
@@ -172,6 +177,7 @@ fn surfaces_next(origin: vec3<f32>, direction: vec3<f32>, start: Nest) -> Crossi
         travelled += crossing.distance;
         at = origin + direction * travelled;
         nest = crossing.after;
+        facet = crossing.facet;
     }
-    return Crossing(false, 0.0, vec3(0.0), nest, nest);
+    return Crossing(false, 0.0, facet, vec3(0.0), nest, nest);
 }

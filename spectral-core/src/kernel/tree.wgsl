@@ -46,9 +46,9 @@ fn tree_medium(nest: Nest, line: Line) -> Medium {
 // Follows the walk's ray to its next surface, or out into the light; `background` is what is seen past the stones.
 fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3<f32>) {
     let ray = (*walk).ray;
-    var crossing = Crossing(false, 0.0, vec3(0.0), ray.nest, ray.nest);
+    var crossing = Crossing(false, 0.0, 0u, vec3(0.0), ray.nest, ray.nest);
     if (*walk).state == WALK_GOING {
-        crossing = surfaces_next(ray.origin, ray.direction, ray.nest);
+        crossing = surfaces_next(ray.origin, ray.direction, ray.nest, ray.start);
     }
     (*walk).account.rays++;
     var outcome = Outcome(0.0, ray.origin, ray.direction, false, ray, false, ray);
@@ -124,8 +124,8 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     }
     // The second child is absent under total reflection and at metals.
     let through = !at.event.tir && other.k == 0.0;
-    let back = Ray(origin, depth, mirrored, shares.back, crossing.before);
-    let on = Ray(origin, depth, onward, shares.on, crossing.after);
+    let back = Ray(origin, depth, mirrored, shares.back, crossing.before, crossing.facet);
+    let on = Ray(origin, depth, onward, shares.on, crossing.after, crossing.facet);
     let back_goes_on = walk_worthwhile(walk, back);
     let on_goes_on = through && walk_worthwhile(walk, on);
     let back_is_weaker = throughput_intensity(back.throughput) < throughput_intensity(on.throughput);

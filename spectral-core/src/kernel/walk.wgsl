@@ -6,7 +6,7 @@ struct Primary {
     // The first line of the sample's table.
     first_line: u32,
     direction: vec3<f32>,
-    // 0 where the ray passes the stones by.
+    // 0 where the ray passes the stones by; else one more than the facet that it may come to first.
     near: u32,
     // Linear sRGB seen where the ray meets no stone: looked up in double precision, since beside a lamp one texel
     // may be a thousand times the next.
@@ -22,6 +22,8 @@ struct Ray {
     throughput: Throughput,
     // The stones it is in.
     nest: Nest,
+    // The facet that it starts on, or that a camera ray comes to first. Nothing is taken from it unverified.
+    start: u32,
 }
 
 // Rays and energy of one work item.
