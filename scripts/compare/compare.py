@@ -60,6 +60,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--work", type=Path, required=True)
     parser.add_argument("--peers", type=Path, required=True)
+    parser.add_argument("--ours", type=Path, required=True,
+                        help="the same program as people build it, without asking for this machine's instructions")
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--core", default="1", help="the core that measurements are pinned to")

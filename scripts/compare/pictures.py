@@ -106,7 +106,7 @@ class Studio:
     def ours(self, mode, setting):
         """gemtrace's picture and what it cost."""
         out = self.options.work / "ours.f32"
-        command = [self.options.peers, "picture", mode, *setting, out]
+        command = [self.options.ours, "picture", mode, *setting, out]
         result = self.bench.run(" ".join(map(str, ["picture", mode, *setting])), command, self.options.core)
         return self.pixels(out, 4), result
 

@@ -38,10 +38,10 @@ for peer in mitsuba==3.9.1 pyluxcore==2.11.2; do
     "$python" -m pip install -q "$peer" || warn "$peer was not installed"
 done
 
-# Peers are compiled for this very machine, gemtrace with them: its own packets choose their instructions when they
-# run, so this is to the peers' advantage.
+# Peers are compiled for this very machine; gemtrace as people compile it, since it chooses its instructions when it runs.
 RUSTFLAGS="-C target-cpu=native" CARGO_TARGET_DIR="$work/cargo" \
     cargo build -q --release --manifest-path "$here/peers/Cargo.toml"
+CARGO_TARGET_DIR="$work/portable" cargo build -q --release --manifest-path "$here/peers/Cargo.toml"
 g++ -std=c++17 -O3 -march=native -Wall -Wextra "$here/embree.cpp" -lembree3 -o "$work/embree" ||
     warn "Embree's part was not compiled"
 
@@ -49,4 +49,5 @@ g++ -std=c++17 -O3 -march=native -Wall -Wextra "$here/embree.cpp" -lembree3 -o "
 llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
 [ -z "$llvm" ] || export DRJIT_LIBLLVM_PATH="$llvm"
 
-exec "$python" "$here/compare.py" --work "$work" --peers "$work/cargo/release/peers" --out "$root/docs" "$@"
+exec "$python" "$here/compare.py" --work "$work" --peers "$work/cargo/release/peers" \
+    --ours "$work/portable/release/peers" --out "$root/docs" "$@"

@@ -29,6 +29,15 @@ impl Beam {
     }
 }
 
+/// How often facets have been guessed. Only in later rounds are the small ones among them, and a lead that is near an
+/// edge gets its answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Round {
+    First,
+    Second,
+    Later,
+}
+
 /// One ray of each packet that has some left.
 struct Leads {
     rays: [[[Row; 3]; 2]; BATCH / WIDTH],
@@ -85,7 +94,7 @@ impl Planes {
             *open = beam.alive;
         }
         leads.choose(beams, &open);
-        self.guess::<V>(&mut leads, true);
+        self.guess::<V>(&mut leads, Round::First);
         leads.count = 0;
         for (k, (beam, exit)) in beams.iter().zip(exits.iter_mut()).enumerate() {
             let (met, inside) = self.verify_beam(beam, leads.facet[k]);
@@ -94,10 +103,12 @@ impl Planes {
             leads.packet[leads.count] = k as u8;
             leads.count += usize::from(open[k] != 0);
         }
+        let mut round = Round::Second;
         while leads.count > 0 {
             leads.choose(beams, &open);
-            self.guess::<V>(&mut leads, false);
-            self.settle(beams, exits, &mut open, &mut leads);
+            self.guess::<V>(&mut leads, round);
+            self.settle(beams, exits, &mut open, &mut leads, round);
+            round = Round::Later;
         }
     }
 
@@ -109,13 +120,14 @@ impl Planes {
         exits: &mut [Exit<V>],
         open: &mut [u16; BATCH],
         leads: &mut Leads,
+        round: Round,
     ) {
         let mut kept = 0;
         for i in 0..leads.count {
             let k = usize::from(leads.packet[i]) % BATCH;
             let (met, inside) = self.verify_beam(&beams[k], leads.facet[i]);
             open[k] &= !exits[k].accept(&met, open[k] & inside);
-            if open[k] & leads.lane[i] != 0 {
+            if round == Round::Later && open[k] & leads.lane[i] != 0 {
                 // Near an edge: one ray in ten thousand.
                 let ray = beams[k].ray(leads.lane[i].trailing_zeros() as usize);
                 let [facet, _] = self.search::<V>([ray; 2]);
@@ -134,17 +146,17 @@ impl Planes {
         self.verify(Triple::load(&beam.origin), Triple::load(&beam.direction), usize::from(facet))
     }
 
-    /// Guesses a facet for every lead; `first`: the large facets are enough.
+    /// Guesses a facet for every lead.
     #[inline(always)]
-    fn guess<V: Lanes>(&self, leads: &mut Leads, first: bool) {
+    fn guess<V: Lanes>(&self, leads: &mut Leads, round: Round) {
         let Leads { rays, facet, count, .. } = leads;
         for (group, (rays, facets)) in rays.iter().zip(facet.as_chunks_mut::<WIDTH>().0).enumerate() {
             let count = count.saturating_sub(group * WIDTH);
             if count == 0 {
                 break;
             }
-            if first || count > FEW {
-                *facets = self.guesses::<V>(rays, first);
+            if round == Round::First || count > FEW {
+                *facets = self.guesses::<V>(rays, round != Round::Later);
                 continue;
             }
             let ray = |lane: usize| rays.each_ref().map(|rows| rows.each_ref().map(|row| row.0[lane]));
