@@ -57,6 +57,7 @@ fn no_vector_operation_is_a_call() {
     let output = Command::new("nm").args(["--demangle", env!("CARGO_BIN_EXE_gemtrace")]).output();
     let Ok(output) = output.inspect_err(|error| eprintln!("nm is not installed: {error}")) else { return };
     let symbols = String::from_utf8_lossy(&output.stdout);
-    let calls: Vec<&str> = symbols.lines().filter(|line| line.contains("core_arch::x86") && line.contains("_mm")).collect();
+    let calls: Vec<&str> =
+        symbols.lines().filter(|line| line.contains("core_arch::x86") && line.contains("_mm")).collect();
     assert!(symbols.contains("main") && calls.is_empty(), "{calls:#?}");
 }
