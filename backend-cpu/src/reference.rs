@@ -11,6 +11,7 @@ use crate::{
     throughput::{Polarized, Throughput},
 };
 use glam::DVec3;
+use rayon::ThreadPool;
 use spectral_core::{
     Error,
     film::Film,
@@ -37,7 +38,8 @@ pub(crate) fn open(
     options: &OpenOptions,
 ) -> Result<Box<dyn Tracer>, Error> {
     let surfaces = Surfaces::new(&scene.geometry);
-    Ok(Box::new(Reference { device: device.clone(), scene, surfaces, options: *options }))
+    let workers = schedule::workers(options)?;
+    Ok(Box::new(Reference { device: device.clone(), scene, surfaces, options: *options, workers }))
 }
 
 struct Reference {
@@ -45,6 +47,7 @@ struct Reference {
     scene: Arc<PreparedScene>,
     surfaces: Surfaces,
     options: OpenOptions,
+    workers: ThreadPool,
 }
 
 impl Tracer for Reference {
@@ -58,15 +61,15 @@ impl Tracer for Reference {
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
-        let options = &self.options;
+        let (options, workers) = (&self.options, &self.workers);
         if self.scene.settings.polarized {
             let kernel = Typed::<Polarized<f64>>(self, PhantomData);
             let typed = Pixelwise { kernel, scene: &self.scene };
-            schedule::trace(&typed, &self.scene, options, samples, film, progress)
+            schedule::trace(&typed, &self.scene, options, workers, samples, film, progress)
         } else {
             let kernel = Typed::<Scalar<f64>>(self, PhantomData);
             let typed = Pixelwise { kernel, scene: &self.scene };
-            schedule::trace(&typed, &self.scene, options, samples, film, progress)
+            schedule::trace(&typed, &self.scene, options, workers, samples, film, progress)
         }
     }
 }

@@ -4,7 +4,7 @@
 //! does not depend on the number of threads, the size of the tiles, or the order in which they finish.
 
 use crate::account::{Account, Ledger};
-use rayon::prelude::*;
+use rayon::ThreadPool;
 use spectral_core::{
     Error,
     film::{Film, Missing, PixelSample, Tile, TileSums},
@@ -12,7 +12,7 @@ use spectral_core::{
     tracer::{OpenOptions, Progress, TraceFailure, TraceReport, check_call},
 };
 use std::ops::{ControlFlow, Range};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -68,21 +68,26 @@ impl Finished {
     }
 }
 
+/// The worker threads.
+pub(crate) fn workers(options: &OpenOptions) -> Result<ThreadPool, Error> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(options.threads.unwrap_or(0))
+        .build()
+        .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))
+}
+
 /// Brings every pixel of `film` up to the end of `samples`.
 pub(crate) fn trace<K: TileTracer>(
     kernel: &K,
     scene: &PreparedScene,
     options: &OpenOptions,
+    pool: &ThreadPool,
     samples: Range<u32>,
     film: &mut Film,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<TraceReport, Box<TraceFailure>> {
     check_call(scene, &samples, film)?;
     let start = Instant::now();
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))?;
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
     let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
@@ -91,7 +96,7 @@ pub(crate) fn trace<K: TileTracer>(
     let passes = samples.clone().step_by(pass as usize);
     let outcome = run.passes(
         kernel,
-        &pool,
+        pool,
         &tiles,
         passes.map(|first| first..samples.end.min(first.saturating_add(pass))),
     );
@@ -129,6 +134,47 @@ fn device_error(message: String) -> Error {
     Error::Device { device: "cpu".into(), message }
 }
 
+/// A worker's finished tiles until it is worth while to wake the caller for them: there may be no processor but the
+/// workers' own for it to run on.
+struct Outbox<'a> {
+    sender: &'a mpsc::SyncSender<Vec<Finished>>,
+    tiles: Vec<Finished>,
+    bytes: usize,
+    sent: Instant,
+}
+
+impl<'a> Outbox<'a> {
+    /// How long tiles are kept, unless they are larger than one may be.
+    const PATIENCE: Duration = Duration::from_millis(2);
+
+    fn new(sender: &'a mpsc::SyncSender<Vec<Finished>>) -> Self {
+        Outbox { sender, tiles: Vec::new(), bytes: 0, sent: Instant::now() }
+    }
+
+    fn put(&mut self, finished: Finished) {
+        let TileSums { samples, radiance, .. } = &finished.sums;
+        self.bytes += size_of_val(samples.as_slice()) + size_of_val(radiance.as_slice());
+        self.tiles.push(finished);
+        if self.bytes >= TILE_BYTES || self.sent.elapsed() >= Self::PATIENCE {
+            self.send();
+        }
+    }
+
+    fn send(&mut self) {
+        if !self.tiles.is_empty() {
+            // The receiver is gone only when the caller failed; nothing is left to tell.
+            let _ = self.sender.send(std::mem::take(&mut self.tiles));
+        }
+        (self.bytes, self.sent) = (0, Instant::now());
+    }
+}
+
+impl Drop for Outbox<'_> {
+    fn drop(&mut self) {
+        self.send();
+    }
+}
+
 /// The caller's side of a trace.
 struct Run<'a> {
     film: &'a mut Film,
@@ -143,7 +189,7 @@ impl Run<'_> {
     fn passes<K: TileTracer>(
         &mut self,
         kernel: &K,
-        pool: &rayon::ThreadPool,
+        pool: &ThreadPool,
         tiles: &[Tile],
         passes: impl Iterator<Item = Range<u32>>,
     ) -> Result<bool, Error> {
@@ -160,25 +206,26 @@ impl Run<'_> {
     fn pass<K: TileTracer>(
         &mut self,
         kernel: &K,
-        pool: &rayon::ThreadPool,
+        pool: &ThreadPool,
         pieces: &[Missing],
     ) -> Result<bool, Error> {
         let stop = AtomicBool::new(false);
         // Bounded, so that a slow reader holds the workers back rather than filling memory.
-        let (sender, receiver) = mpsc::sync_channel::<Finished>(2 * pool.current_num_threads());
+        let (sender, receiver) = mpsc::sync_channel(2 * pool.current_num_threads());
+        let next = &AtomicUsize::new(0);
         std::thread::scope(|scope| {
             let stop = &stop;
             let workers = scope.spawn(move || {
-                pool.install(|| {
-                    pieces.par_iter().with_max_len(1).for_each_with(sender, |sender, piece| {
+                pool.broadcast(|_| {
+                    let mut outbox = Outbox::new(&sender);
+                    while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
                         if stop.load(Ordering::Relaxed) {
                             return;
                         }
                         if let Some(finished) = kernel.tile(piece.tile, piece.samples.clone(), stop) {
-                            // The receiver is gone only when the caller failed; nothing is left to tell.
-                            let _ = sender.send(finished);
+                            outbox.put(finished);
                         }
-                    });
+                    }
                 });
             });
             let collected = self.collect(&receiver, stop);
@@ -190,13 +237,15 @@ impl Run<'_> {
         Ok(!stop.load(Ordering::Relaxed))
     }
 
-    fn collect(&mut self, receiver: &mpsc::Receiver<Finished>, stop: &AtomicBool) -> Result<(), Error> {
+    fn collect(&mut self, receiver: &mpsc::Receiver<Vec<Finished>>, stop: &AtomicBool) -> Result<(), Error> {
         loop {
             match receiver.recv_timeout(HEARTBEAT) {
-                Ok(finished) => {
-                    self.film.add(&finished.sums)?;
-                    self.ledger += finished.ledger;
-                    self.done += finished.sums.samples.len() as u64;
+                Ok(tiles) => {
+                    for finished in tiles {
+                        self.film.add(&finished.sums)?;
+                        self.ledger += finished.ledger;
+                        self.done += finished.sums.samples.len() as u64;
+                    }
                 }
                 Err(mpsc::RecvTimeoutError::Timeout) => {}
                 Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(()),

@@ -8,6 +8,7 @@ use crate::{
     tree::{Tree, TreeTracer},
 };
 use accel::Instructions;
+use rayon::ThreadPool;
 use spectral_core::{
     Error,
     film::Film,
@@ -56,8 +57,9 @@ fn open_in(
         None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?, instructions)),
     };
     let light = Light::new(&scene.environment);
+    let workers = schedule::workers(options)?;
     let build = Some(start.elapsed());
-    Ok(Box::new(CpuTracer { device: device.clone(), path, light, scene, options: *options, build }))
+    Ok(Box::new(CpuTracer { device: device.clone(), path, light, scene, options: *options, workers, build }))
 }
 
 /// How paths find their surfaces in this scene.
@@ -72,6 +74,7 @@ struct CpuTracer {
     light: Light,
     scene: Arc<PreparedScene>,
     options: OpenOptions,
+    workers: ThreadPool,
     /// Reported by the first call.
     build: Option<Duration>,
 }
@@ -87,15 +90,15 @@ impl Tracer for CpuTracer {
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
-        let (scene, light, options) = (&*self.scene, &self.light, &self.options);
+        let (scene, light, options, workers) = (&*self.scene, &self.light, &self.options, &self.workers);
         let outcome = match &self.path {
             Path::Chain(chain) => {
                 let tracer = ChainTracer { chain, scene, light };
-                schedule::trace(&tracer, scene, options, samples, film, progress)
+                schedule::trace(&tracer, scene, options, workers, samples, film, progress)
             }
             Path::Tree(tree) => {
                 let tracer = TreeTracer { tree, scene, light };
-                schedule::trace(&tracer, scene, options, samples, film, progress)
+                schedule::trace(&tracer, scene, options, workers, samples, film, progress)
             }
         };
         let build = self.build.take().unwrap_or_default();
