@@ -96,7 +96,7 @@ impl RenderSettings {
     /// ```
     #[must_use]
     pub fn at(&self, quality: Quality) -> Self {
-        // Sixteen wavelengths fill a packet of the processor's, so the single sample of a draft may as well have them.
+        // The single sample of a draft cannot move its wavelengths: with sixteen, dispersion does not show as bands.
         // Samples move them, and then eight carry every colour exactly: more, at the cost of samples, are worse.
         let (samples, count, tolerance, max_depth, threshold) = match quality {
             Quality::Draft => (1, 16, 0.0, 24, 1e-2),
