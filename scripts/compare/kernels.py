@@ -5,8 +5,8 @@ from typing import Callable
 
 from line import Line, Measurement, NotRun
 
-# Useful operations, counted by hand from the source of the packets (backend-cpu: planes, chain/incidence,
-# chain/texel, chain/block). A fused multiply-add, sum, product, quotient, root, minimum, maximum or comparison of
+# Useful operations, counted by hand from the source of the packets (backend-cpu: planes, incidence,
+# texel, block). A fused multiply-add, sum, product, quotient, root, minimum, maximum or comparison of
 # floating-point numbers is one operation, as the units that do the former do the others; selections, gathers,
 # searches for a facet and guesses that fail are none.
 EXIT = 13  # where a ray meets the plane of its facet, and that it does so ahead
