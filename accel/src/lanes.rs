@@ -90,7 +90,7 @@ pub trait Lanes:
     ///
     /// # Panics
     /// Where an offset + `pitch` + 8 is beyond the end of `texels`.
-    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3];
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3];
 
     /// Runs a piece of work as a function of its own, with the instruction set of these lanes: what is inlined
     /// everywhere takes the compiler for ever.
@@ -235,6 +235,16 @@ fn furthest(offsets: &[u32; WIDTH]) -> usize {
         furthest = furthest.max(*offset);
     }
     furthest as usize
+}
+
+/// Colours between those on the left and on the right.
+#[inline(always)]
+fn mixed<V: Lanes>(left: [V; 3], right: [V; 3], across: V) -> [V; 3] {
+    [
+        (right[0] - left[0]).fma(across, left[0]),
+        (right[1] - left[1]).fma(across, left[1]),
+        (right[2] - left[2]).fma(across, left[2]),
+    ]
 }
 
 /// Puts a vector into a lane.

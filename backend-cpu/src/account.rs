@@ -56,6 +56,7 @@ impl Ledger {
     }
 
     /// Adds shares of throughput.
+    #[inline(always)]
     pub fn add(&mut self, fate: Fate, shares: &[f32; WIDTH]) {
         // A share is at most 1, or rounding more: sixteen of them fit.
         let parts: u64 = shares.iter().map(|share| (f64::from(*share) * UNIT) as u64).sum();

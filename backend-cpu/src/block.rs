@@ -32,6 +32,8 @@ pub(crate) struct Block {
     place: [u32; WIDTH],
     /// Of each lane, its sample counted from the first pixel's first; empty lanes repeat the last.
     pub sample: [u32; WIDTH],
+    /// Whether that is one and the same.
+    pub together: bool,
     /// By material.
     pub media: Vec<Medium>,
     /// Radiance of Smits's seven bases (white, cyan, magenta, yellow, red, green, blue), light and scale included.
@@ -121,6 +123,7 @@ impl Block {
             lanes: ((1u32 << lines.len()) - 1) as u16,
             place: std::array::from_fn(|lane| line(lane).place),
             sample: std::array::from_fn(|lane| line(lane).sample),
+            together: lines.iter().all(|line| line.sample == lines[0].sample),
             media: (0..materials).map(medium).collect(),
             basis: std::array::from_fn(basis),
         }

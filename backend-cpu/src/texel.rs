@@ -89,18 +89,18 @@ impl<V: Lanes> Aim<V> {
         };
         let inner = self.inner & lanes;
         let mut colours = Triple::splat([0.0; 3]);
-        let (across, down) = (self.across.stored(), self.down.stored());
+        let down = self.down.stored();
         if inner != 0 {
             let pitch = 3 * image.width();
             // The others read the image's first texels, which are there: some lane's are further on.
             let offsets = V::offsets(V::Mask::from_bits(inner), self.row, self.column, pitch);
             let texels = image.texels().as_flattened();
-            let [x, y, z] = V::bilinear(texels, &offsets, pitch, &across, &down);
+            let [x, y, z] = V::bilinear(texels, &offsets, pitch, self.across, &down);
             colours = Triple { x, y, z };
         }
         let outer = lanes & !inner;
         if outer != 0 {
-            let [columns, rows] = [self.column.stored(), self.row.stored()];
+            let [columns, rows, across] = [self.column.stored(), self.row.stored(), self.across.stored()];
             let rest = at_the_edge(image, outer, [&columns, &rows], [&across, &down]);
             colours = Triple::select(V::Mask::from_bits(outer), Triple::load(&rest), colours);
         }

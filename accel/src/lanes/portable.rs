@@ -176,7 +176,7 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
-    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3] {
         let mut colours = [[0.0; WIDTH]; 3];
         for i in 0..WIDTH {
             let top = &texels[offsets[i] as usize..][..8];

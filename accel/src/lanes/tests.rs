@@ -33,7 +33,7 @@ impl Task for Operations {
         let share = fraction.abs() * V::splat(0.999);
         let (row, column) = ((share * V::splat(2.0)).floor(), (share * V::splat(5.0)).floor());
         let offsets = V::offsets(a.lt(b), row, column, 21);
-        let [red, green, blue] = V::bilinear(&texels, &offsets, 21, &share.stored(), &(b / a).stored());
+        let [red, green, blue] = V::bilinear(&texels, &offsets, 21, share, &(b / a).stored());
         let mask = a.lt(b) & !b.lt(c) | V::Mask::from_bits(0x1248);
         let results = [
             a + b,

@@ -3,7 +3,7 @@
 //! Values of these types are made only inside functions that [`crate::instructions`] enters after it has found
 //! the instruction set on the machine at hand; that is what every `SAFETY` line here rests on.
 
-use super::{Lanes, Mask, Row, WIDTH, Work, furthest};
+use super::{Lanes, Mask, Row, WIDTH, Work, furthest, mixed};
 use crate::slabs::Eight;
 use std::arch::x86_64::*;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
@@ -250,21 +250,11 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
-    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
-        let colours = colours(texels, offsets, pitch, across, down);
-        // SAFETY: 256 bytes, sixteen floats a register; values of this type are made only where AVX-512 F is.
-        unsafe {
-            let from = colours.as_ptr().cast::<f32>();
-            let (a, b) = (_mm512_loadu_ps(from), _mm512_loadu_ps(from.add(16)));
-            let (c, d) = (_mm512_loadu_ps(from.add(32)), _mm512_loadu_ps(from.add(48)));
-            let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
-            let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
-            [
-                Avx512(_mm512_shuffle_ps::<0x44>(ab, cd)),
-                Avx512(_mm512_shuffle_ps::<0xee>(ab, cd)),
-                Avx512(_mm512_shuffle_ps::<0x44>(ab_high, cd_high)),
-            ]
-        }
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3] {
+        let columns = columns(texels, offsets, pitch, down);
+        let [red, green, blue, next_red] = quarters(&columns[0]);
+        let [next_green, next_blue, ..] = quarters(&columns[1]);
+        mixed([red, green, blue], [next_red, next_green, next_blue], across)
     }
 
     #[inline(always)]
@@ -286,34 +276,47 @@ fn apart_256<W: Work>(work: W) -> W::Output {
     work.work()
 }
 
-/// The colours of [`Lanes::bilinear`], lane 4q + m at place 4m + q, so that four lanes in a row of a register are
-/// those of one transposition.
+/// Two neighbouring texels of each lane, mixed with those below, six numbers of eight: the first four and the last
+/// four, each with lane 4q + m at place 4m + q, so that four lanes in a row of a register are those of one
+/// transposition.
 #[inline(always)]
-fn colours(
-    texels: &[f32],
-    offsets: &[u32; WIDTH],
-    pitch: u32,
-    across: &Row,
-    down: &Row,
-) -> [[f32; 4]; WIDTH] {
+fn columns(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, down: &Row) -> [[[f32; 4]; WIDTH]; 2] {
     let pitch = pitch as usize;
     assert!(furthest(offsets) + pitch + 8 <= texels.len());
-    let mut colours = [[0.0; 4]; WIDTH];
-    for lane in 0..WIDTH {
-        // SAFETY: all offsets have been checked; four floats are stored to four, where AVX2 and FMA are.
-        unsafe {
-            let texel = texels.as_ptr().add(offsets[lane] as usize);
-            let (top, bottom) = (_mm256_loadu_ps(texel), _mm256_loadu_ps(texel.add(pitch)));
-            let fraction = _mm256_set1_ps(down.0[lane]);
-            let column = _mm256_fmadd_ps(_mm256_sub_ps(bottom, top), fraction, top);
-            // The second texel to the front.
-            let second = _mm256_permutevar8x32_ps(column, _mm256_setr_epi32(3, 4, 5, 6, 7, 7, 7, 7));
-            let (left, right) = (_mm256_castps256_ps128(column), _mm256_castps256_ps128(second));
-            let mixed = _mm_fmadd_ps(_mm_sub_ps(right, left), _mm_set1_ps(across.0[lane]), left);
-            _mm_storeu_ps(colours[(lane % 4) * 4 + lane / 4].as_mut_ptr(), mixed);
+    let mut columns = [[[0.0; 4]; WIDTH]; 2];
+    for quarter in 0..WIDTH / 4 {
+        for m in 0..4 {
+            let lane = 4 * quarter + m;
+            // SAFETY: all offsets have been checked; four floats are stored to four, where AVX2 and FMA are.
+            unsafe {
+                let texel = texels.as_ptr().add(offsets[lane] as usize);
+                let (top, bottom) = (_mm256_loadu_ps(texel), _mm256_loadu_ps(texel.add(pitch)));
+                let column = _mm256_fmadd_ps(_mm256_sub_ps(bottom, top), _mm256_set1_ps(down.0[lane]), top);
+                _mm_storeu_ps(columns[0][4 * m + quarter].as_mut_ptr(), _mm256_castps256_ps128(column));
+                _mm_storeu_ps(columns[1][4 * m + quarter].as_mut_ptr(), _mm256_extractf128_ps::<1>(column));
+            }
         }
     }
-    colours
+    columns
+}
+
+/// The first, second, third and fourth numbers of all lanes, from [`columns`].
+#[inline(always)]
+fn quarters(columns: &[[f32; 4]; WIDTH]) -> [Avx512; 4] {
+    // SAFETY: 256 bytes, sixteen floats a register; called where AVX-512 F is.
+    unsafe {
+        let from = columns.as_ptr().cast::<f32>();
+        let (a, b) = (_mm512_loadu_ps(from), _mm512_loadu_ps(from.add(16)));
+        let (c, d) = (_mm512_loadu_ps(from.add(32)), _mm512_loadu_ps(from.add(48)));
+        let (ab, cd) = (_mm512_unpacklo_ps(a, b), _mm512_unpacklo_ps(c, d));
+        let (ab_high, cd_high) = (_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d));
+        [
+            Avx512(_mm512_shuffle_ps::<0x44>(ab, cd)),
+            Avx512(_mm512_shuffle_ps::<0xee>(ab, cd)),
+            Avx512(_mm512_shuffle_ps::<0x44>(ab_high, cd_high)),
+            Avx512(_mm512_shuffle_ps::<0xee>(ab_high, cd_high)),
+        ]
+    }
 }
 
 /// The same for both halves.
@@ -437,10 +440,11 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
-    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: &Row, down: &Row) -> [Self; 3] {
-        let colours = colours(texels, offsets, pitch, across, down);
-        let (low, high) = (transposed(&colours, 0), transposed(&colours, 8));
-        [Avx2([low[0], high[0]]), Avx2([low[1], high[1]]), Avx2([low[2], high[2]])]
+    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3] {
+        let columns = columns(texels, offsets, pitch, down);
+        let [red, green, blue, next_red] = eighths(&columns[0]);
+        let [next_green, next_blue, ..] = eighths(&columns[1]);
+        mixed([red, green, blue], [next_red, next_green, next_blue], across)
     }
 
     #[inline(always)]
@@ -450,10 +454,17 @@ impl Lanes for Avx2 {
     }
 }
 
-/// Red, green and blue of eight lanes: rows of sixteen floats, of which eight from `first` on.
+/// As [`quarters`], in two registers each.
 #[inline(always)]
-fn transposed(colours: &[[f32; 4]; WIDTH], first: usize) -> [__m256; 3] {
-    let floats = &colours.as_flattened()[first..][..3 * WIDTH + 8];
+fn eighths(columns: &[[f32; 4]; WIDTH]) -> [Avx2; 4] {
+    let (low, high) = (transposed(columns, 0), transposed(columns, 8));
+    [Avx2([low[0], high[0]]), Avx2([low[1], high[1]]), Avx2([low[2], high[2]]), Avx2([low[3], high[3]])]
+}
+
+/// The numbers of eight lanes: rows of sixteen floats, of which eight from `first` on.
+#[inline(always)]
+fn transposed(columns: &[[f32; 4]; WIDTH], first: usize) -> [__m256; 4] {
+    let floats = &columns.as_flattened()[first..][..3 * WIDTH + 8];
     // SAFETY: eight floats from each of four rows of sixteen, of which as many remain; called where AVX2 is.
     unsafe {
         let from = floats.as_ptr();
@@ -465,6 +476,7 @@ fn transposed(colours: &[[f32; 4]; WIDTH], first: usize) -> [__m256; 3] {
             _mm256_shuffle_ps::<0x44>(ab, cd),
             _mm256_shuffle_ps::<0xee>(ab, cd),
             _mm256_shuffle_ps::<0x44>(ab_high, cd_high),
+            _mm256_shuffle_ps::<0xee>(ab_high, cd_high),
         ]
     }
 }

@@ -38,6 +38,8 @@ pub(crate) struct Arrival {
 struct Packet<V, F> {
     flux: F,
     radiance: V,
+    /// What was left of the rays that were too faint to follow.
+    faint: V,
     block: usize,
     /// Where the radiances of its pixels begin.
     place: usize,
@@ -112,8 +114,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let flux = F::entering(mean, half, &gathered.axis);
         let direction = Triple::load(&gathered.direction);
         let direction = at.refracted(direction, Triple::load(&gathered.inward));
-        let alive = self.surviving(gathered.lanes, flux.intensity());
-        let packet = Packet { flux, radiance, block, place, depth: 1 };
+        let (alive, faint) = surviving(gathered.lanes, flux.intensity(), V::splat(0.0), self.chain.threshold);
+        let packet = Packet { flux, radiance, faint, block, place, depth: 1 };
         if alive == 0 {
             self.deliver(&packet);
         } else {
@@ -157,9 +159,9 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         beam.direction = at.reflected(direction, exit.normal).stored();
         packet.flux = flux;
         packet.depth += 1;
+        (beam.alive, packet.faint) = surviving(alive, flux.intensity(), packet.faint, self.chain.threshold);
         self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
         self.send(k, at.refracted(direction, exit.normal), intensity, out);
-        self.beams[k].alive = self.surviving(alive, flux.intensity());
     }
 
     /// What becomes of rays that would make one event too many.
@@ -233,20 +235,19 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         }
     }
 
-    /// Those of the lanes whose intensity is worth following; what the others carry is dropped.
-    #[inline(always)]
-    fn surviving(&mut self, lanes: u16, intensity: V) -> u16 {
-        let faint = intensity.lt(V::splat(self.chain.threshold)).bits() & lanes;
-        if faint != 0 {
-            self.ledger.add(Fate::DroppedThreshold, &intensity.only(faint));
-        }
-        lanes & !faint
-    }
-
     #[inline(always)]
     fn deliver(&mut self, packet: &Packet<V, F>) {
+        self.ledger.add(Fate::DroppedThreshold, &packet.faint.stored().0);
         self.blocks[packet.block].scatter(packet.radiance, &mut self.radiances[packet.place..]);
     }
+}
+
+/// Those of the lanes whose intensity is worth following, and what the others carry beside what was too faint before:
+/// once for each lane.
+#[inline(always)]
+fn surviving<V: Lanes>(lanes: u16, intensity: V, faint: V, threshold: f32) -> (u16, V) {
+    let below = intensity.lt(V::splat(threshold)).bits() & lanes;
+    (lanes & !below, V::select(V::Mask::from_bits(below), intensity, faint))
 }
 
 /// Arrivals, a lane each.
@@ -262,24 +263,45 @@ struct Gathered {
     cosine: Row,
 }
 
+/// The same vector in every lane.
+#[inline(always)]
+fn everywhere([x, y, z]: [f32; 3]) -> [Row; 3] {
+    [Row([x; WIDTH]), Row([y; WIDTH]), Row([z; WIDTH])]
+}
+
 impl Gathered {
     #[inline(always)]
     fn new(block: &Block, arrivals: &[Arrival]) -> Self {
-        let none = [Row::default(); 3];
-        let (point, direction, inward, axis, colour) = (none, none, none, none, none);
-        let mut all =
-            Gathered { lanes: 0, point, direction, inward, axis, colour, cosine: Row([1.0; WIDTH]) };
+        let first = &arrivals[block.sample[0] as usize];
+        let mut gathered = Gathered {
+            lanes: if first.covered { block.lanes } else { 0 },
+            point: everywhere(first.point),
+            direction: everywhere(first.direction),
+            inward: everywhere(first.inward),
+            axis: everywhere(first.axis),
+            colour: everywhere(first.colour),
+            cosine: Row([first.cosine; WIDTH]),
+        };
+        if !block.together {
+            gathered.each(block, arrivals);
+        }
+        gathered
+    }
+
+    /// Where the lanes are of different samples.
+    #[inline(always)]
+    fn each(&mut self, block: &Block, arrivals: &[Arrival]) {
+        self.lanes = 0;
         for lane in 0..WIDTH {
             let arrival = &arrivals[block.sample[lane] as usize];
-            put(&mut all.point, lane, arrival.point);
-            put(&mut all.direction, lane, arrival.direction);
-            put(&mut all.inward, lane, arrival.inward);
-            put(&mut all.axis, lane, arrival.axis);
-            put(&mut all.colour, lane, arrival.colour);
-            all.cosine.0[lane] = arrival.cosine;
-            all.lanes |= u16::from(arrival.covered) << lane;
+            put(&mut self.point, lane, arrival.point);
+            put(&mut self.direction, lane, arrival.direction);
+            put(&mut self.inward, lane, arrival.inward);
+            put(&mut self.axis, lane, arrival.axis);
+            put(&mut self.colour, lane, arrival.colour);
+            self.cosine.0[lane] = arrival.cosine;
+            self.lanes |= u16::from(arrival.covered) << lane;
         }
-        all.lanes &= block.lanes;
-        all
+        self.lanes &= block.lanes;
     }
 }
