@@ -13,7 +13,7 @@ use spectral_core::{
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
 use std::time::{Duration, Instant};
 
 /// Computes tiles.
@@ -41,8 +41,10 @@ const TILE: u32 = 16;
 const TILE_BYTES: usize = 4 << 20;
 /// The most samples of a pixel in one pass over the picture: partial pictures are even.
 const PASS: u32 = 16;
-/// How often the caller's progress function is called at least.
+/// How often the caller's progress function is called at least, and how soon for the first time. Seldom, for there may
+/// be no processor but the workers' own for the caller to run on.
 const HEARTBEAT: Duration = Duration::from_millis(50);
+const FIRST: Duration = Duration::from_millis(1);
 
 /// A finished tile on its way to the film.
 pub(crate) struct Finished {
@@ -91,7 +93,8 @@ pub(crate) fn trace<K: TileTracer>(
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
     let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
-    let mut run = Run { film, progress, ledger: Ledger::default(), done: 0, total };
+    let books = Mutex::new(Books { film, ledger: Ledger::default(), done: 0, refused: None });
+    let mut run = Run { books, progress, total };
     let pass = samples_a_pass(tile, film_wavelengths(scene));
     let passes = samples.clone().step_by(pass as usize);
     let outcome = run.passes(
@@ -100,10 +103,11 @@ pub(crate) fn trace<K: TileTracer>(
         &tiles,
         passes.map(|first| first..samples.end.min(first.saturating_add(pass))),
     );
+    let ledger = run.books().ledger;
     let report = TraceReport {
         finished: outcome.as_ref().is_ok_and(|finished| *finished),
-        rays: run.ledger.rays(),
-        energy: run.ledger.energy(),
+        rays: ledger.rays(),
+        energy: ledger.energy(),
         build: Duration::ZERO,
         trace: start.elapsed(),
     };
@@ -134,57 +138,78 @@ fn device_error(message: String) -> Error {
     Error::Device { device: "cpu".into(), message }
 }
 
-/// A worker's finished tiles until it is worth while to wake the caller for them: there may be no processor but the
-/// workers' own for it to run on.
-struct Outbox<'a> {
-    sender: &'a mpsc::SyncSender<Vec<Finished>>,
-    tiles: Vec<Finished>,
-    bytes: usize,
-    sent: Instant,
+/// What finished tiles are added to.
+struct Books<'a> {
+    film: &'a mut Film,
+    ledger: Ledger,
+    /// Pixel samples.
+    done: u64,
+    /// Why the film did not take a tile.
+    refused: Option<Error>,
 }
 
-impl<'a> Outbox<'a> {
-    /// How long tiles are kept, unless they are larger than one may be.
-    const PATIENCE: Duration = Duration::from_millis(2);
-
-    fn new(sender: &'a mpsc::SyncSender<Vec<Finished>>) -> Self {
-        Outbox { sender, tiles: Vec::new(), bytes: 0, sent: Instant::now() }
+impl Books<'_> {
+    /// Adds tiles; stops the workers when the film refuses one.
+    fn enter(&mut self, tiles: &mut Vec<Finished>, stop: &AtomicBool) {
+        for finished in tiles.drain(..) {
+            if let Err(error) = self.film.add(&finished.sums) {
+                self.refused = Some(error);
+                stop.store(true, Ordering::Relaxed);
+                return;
+            }
+            self.ledger += finished.ledger;
+            self.done += finished.sums.samples.len() as u64;
+        }
     }
+}
 
+/// A worker's finished tiles until no other worker has the books.
+struct Outbox<'a, 'b> {
+    books: &'a Mutex<Books<'b>>,
+    stop: &'a AtomicBool,
+    tiles: Vec<Finished>,
+    bytes: usize,
+}
+
+impl Outbox<'_, '_> {
     fn put(&mut self, finished: Finished) {
         let TileSums { samples, radiance, .. } = &finished.sums;
         self.bytes += size_of_val(samples.as_slice()) + size_of_val(radiance.as_slice());
         self.tiles.push(finished);
-        if self.bytes >= TILE_BYTES || self.sent.elapsed() >= Self::PATIENCE {
-            self.send();
+        match self.books.try_lock() {
+            Err(TryLockError::WouldBlock) if self.bytes < TILE_BYTES => {}
+            Ok(mut books) => books.enter(&mut self.tiles, self.stop),
+            Err(_) => locked(self.books).enter(&mut self.tiles, self.stop),
         }
-    }
-
-    fn send(&mut self) {
-        if !self.tiles.is_empty() {
-            // The receiver is gone only when the caller failed; nothing is left to tell.
-            let _ = self.sender.send(std::mem::take(&mut self.tiles));
+        if self.tiles.is_empty() {
+            self.bytes = 0;
         }
-        (self.bytes, self.sent) = (0, Instant::now());
     }
 }
 
-impl Drop for Outbox<'_> {
+impl Drop for Outbox<'_, '_> {
     fn drop(&mut self) {
-        self.send();
+        locked(self.books).enter(&mut self.tiles, self.stop);
     }
+}
+
+/// The books, whoever panicked with them: tiles are added whole or refused.
+fn locked<'a, 'b>(books: &'a Mutex<Books<'b>>) -> MutexGuard<'a, Books<'b>> {
+    books.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The caller's side of a trace.
 struct Run<'a> {
-    film: &'a mut Film,
+    books: Mutex<Books<'a>>,
     progress: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
-    ledger: Ledger,
-    done: u64,
     total: u64,
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    fn books(&mut self) -> &mut Books<'a> {
+        self.books.get_mut().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// Pass after pass over all tiles; false if the caller broke it off.
     fn passes<K: TileTracer>(
         &mut self,
@@ -194,7 +219,8 @@ impl Run<'_> {
         passes: impl Iterator<Item = Range<u32>>,
     ) -> Result<bool, Error> {
         for samples in passes {
-            let pieces: Vec<_> = tiles.iter().flat_map(|&tile| self.film.missing(tile, &samples)).collect();
+            let film = &self.books().film;
+            let pieces: Vec<_> = tiles.iter().flat_map(|&tile| film.missing(tile, &samples)).collect();
             if !self.pass(kernel, pool, &pieces)? {
                 return Ok(false);
             }
@@ -209,15 +235,15 @@ impl Run<'_> {
         pool: &ThreadPool,
         pieces: &[Missing],
     ) -> Result<bool, Error> {
-        let stop = AtomicBool::new(false);
-        // Bounded, so that a slow reader holds the workers back rather than filling memory.
-        let (sender, receiver) = mpsc::sync_channel(2 * pool.current_num_threads());
-        let next = &AtomicUsize::new(0);
+        let (stop, next) = (&AtomicBool::new(false), &AtomicUsize::new(0));
+        let Run { books, progress, total } = self;
+        let (books, (working, done)) = (&*books, mpsc::channel());
         std::thread::scope(|scope| {
-            let stop = &stop;
             let workers = scope.spawn(move || {
+                // Dropped when they are done, or have panicked.
+                let _working: mpsc::Sender<()> = working;
                 pool.broadcast(|_| {
-                    let mut outbox = Outbox::new(&sender);
+                    let mut outbox = Outbox { books, stop, tiles: Vec::new(), bytes: 0 };
                     while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
                         if stop.load(Ordering::Relaxed) {
                             return;
@@ -228,33 +254,24 @@ impl Run<'_> {
                     }
                 });
             });
-            let collected = self.collect(&receiver, stop);
-            stop.store(collected.is_err() || stop.load(Ordering::Relaxed), Ordering::Relaxed);
-            drop(receiver);
-            workers.join().map_err(|_| device_error("a worker thread panicked".into()))?;
-            collected
-        })?;
-        Ok(!stop.load(Ordering::Relaxed))
-    }
-
-    fn collect(&mut self, receiver: &mpsc::Receiver<Vec<Finished>>, stop: &AtomicBool) -> Result<(), Error> {
-        loop {
-            match receiver.recv_timeout(HEARTBEAT) {
-                Ok(tiles) => {
-                    for finished in tiles {
-                        self.film.add(&finished.sums)?;
-                        self.ledger += finished.ledger;
-                        self.done += finished.sums.samples.len() as u64;
-                    }
+            let mut patience = FIRST;
+            while done.recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Timeout) {
+                patience = HEARTBEAT.min(2 * patience);
+                let done = locked(books).done;
+                if progress(Progress { done, total: *total }).is_break() {
+                    stop.store(true, Ordering::Relaxed);
                 }
-                Err(mpsc::RecvTimeoutError::Timeout) => {}
-                Err(mpsc::RecvTimeoutError::Disconnected) => return Ok(()),
             }
-            let progress = Progress { done: self.done, total: self.total };
-            if (self.progress)(progress).is_break() {
-                stop.store(true, Ordering::Relaxed);
-            }
+            workers.join().map_err(|_| device_error("a worker thread panicked".into()))
+        })?;
+        let Books { done, refused, .. } = self.books();
+        let done = *done;
+        if let Some(error) = refused.take() {
+            return Err(error);
         }
+        let stopped = stop.load(Ordering::Relaxed);
+        let last = (self.progress)(Progress { done, total: self.total });
+        Ok(!stopped && last.is_continue())
     }
 }
 

@@ -227,15 +227,27 @@ impl Film {
         Ok(())
     }
 
+    // What has never been written is not read either: the system would first show a page of zeros and then, at the write,
+    // take it from the sight of every thread.
     fn add_pixel(&mut self, pixel: usize, samples: &[PixelSample], radiance: &[f32]) {
-        for (s, sample) in samples.iter().enumerate() {
+        let fresh = self.samples[pixel] == 0;
+        let (mut xyz, mut coverage) =
+            if fresh { ([0.0; 3], 0.0) } else { (self.xyz[pixel], self.coverage[pixel]) };
+        for sample in samples {
             for c in 0..3 {
-                self.xyz[pixel][c] += sample.xyz[c];
+                xyz[c] += sample.xyz[c];
             }
-            self.coverage[pixel] += sample.coverage;
-            let kept = &mut self.radiance[pixel * self.wavelengths..(pixel + 1) * self.wavelengths];
-            let new = &radiance[s * self.wavelengths..(s + 1) * self.wavelengths];
-            kept.iter_mut().zip(new).for_each(|(sum, value)| *sum += value);
+            coverage += sample.coverage;
+        }
+        (self.xyz[pixel], self.coverage[pixel]) = (xyz, coverage);
+        if self.wavelengths > 0 {
+            let kept = &mut self.radiance[pixel * self.wavelengths..][..self.wavelengths];
+            if fresh {
+                kept.fill(0.0);
+            }
+            for new in radiance.chunks_exact(self.wavelengths) {
+                kept.iter_mut().zip(new).for_each(|(sum, value)| *sum += value);
+            }
         }
         self.samples[pixel] += samples.len() as u32;
     }
