@@ -26,6 +26,7 @@ pub use file::remove_leftovers;
 pub use provenance::{Provenance, energy, settings};
 
 use crate::Error;
+use rayon::prelude::*;
 use spectral_core::{
     color::{RgbSpace, matrix},
     film::Film,
@@ -229,10 +230,10 @@ pub fn write(target: &Target, picture: &Picture) -> Result<u64, Error> {
     })
 }
 
-/// Writes every target, so that one failure costs no other; a picture that fails is saved in the folder
+/// Writes every target, side by side, so that one failure costs no other; a picture that fails is saved in the folder
 /// for temporary files instead, and its failure says where.
 pub fn write_all(targets: &[Target], picture: &Picture) -> Vec<Written> {
-    targets.iter().map(|target| write_or_rescue(target, picture)).collect()
+    targets.par_iter().map(|target| write_or_rescue(target, picture)).collect()
 }
 
 fn write_or_rescue(target: &Target, picture: &Picture) -> Written {

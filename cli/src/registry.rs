@@ -2,6 +2,7 @@
 
 use crate::Error;
 use spectral_core::{
+    prepare::PreparedScene,
     probe::probe,
     tracer::{Backend, DeviceInfo, OpenOptions},
 };
@@ -20,6 +21,10 @@ pub const AUTO: &str = "auto";
 const PROBE_DEADLINE: Duration = Duration::from_secs(5);
 /// What a whole probe may take; a driver that has never seen the kernel compiles it twice.
 const PROBE_PATIENCE: Duration = Duration::from_secs(60);
+
+/// Paths of one convex stone that the processor follows before a GPU is ready: its driver is loaded, its kernel
+/// compiled and the probe rendered first.
+const SOON: u64 = 1 << 23;
 
 /// Every backend, in the order in which [`choose`] considers them for [`AUTO`].
 pub fn backends() -> &'static [Backend] {
@@ -49,6 +54,8 @@ pub struct Candidates {
     auto: bool,
     /// Whether a device that fails has a successor.
     replaced: bool,
+    /// Whether GPUs were not asked for, since the processor is done before.
+    soon: bool,
     patience: Duration,
 }
 
@@ -77,14 +84,44 @@ pub fn choose(name: &str, device: Option<usize>) -> Result<Candidates, Error> {
 /// [`Error::Usage`] for an unknown name or a device number that the backend does not have;
 /// [`Error::Render`] for a backend that has no device on this machine.
 pub fn choose_among(backends: &[Backend], name: &str, device: Option<usize>) -> Result<Candidates, Error> {
+    let Some(backend) = known(backends, name)? else { return automatic(backends, device) };
+    let waiting = VecDeque::from([(*backend, device_of(backend, device)?)]);
+    Ok(Candidates { waiting, auto: false, replaced: false, soon: false, patience: PROBE_PATIENCE })
+}
+
+/// The backend of a name; `None` for [`AUTO`].
+///
+/// # Errors
+/// [`Error::Usage`] for any other name.
+pub fn known<'a>(backends: &'a [Backend], name: &str) -> Result<Option<&'a Backend>, Error> {
     if name == AUTO {
-        return automatic(backends, device);
+        return Ok(None);
     }
     let names = || std::iter::once(AUTO).chain(backends.iter().map(|b| b.name));
     let unknown = || Error::Usage(spectral_core::Error::unknown("backend", name, names()).to_string());
-    let backend = backends.iter().find(|b| b.name == name).ok_or_else(unknown)?;
-    let waiting = VecDeque::from([(*backend, device_of(backend, device)?)]);
-    Ok(Candidates { waiting, auto: false, replaced: false, patience: PROBE_PATIENCE })
+    backends.iter().find(|b| b.name == name).map(Some).ok_or_else(unknown)
+}
+
+/// [`choose_among`], for one picture of a scene: [`AUTO`] leaves a small one of a lone convex stone to the processor
+/// without asking for GPUs, whose drivers alone may take as long to load as the picture takes.
+///
+/// # Errors
+/// As [`choose_among`].
+pub fn choose_for(
+    scene: &PreparedScene,
+    backends: &[Backend],
+    name: &str,
+    device: Option<usize>,
+) -> Result<Candidates, Error> {
+    let settings = &scene.settings;
+    let paths = u64::from(scene.width) * u64::from(scene.height) * u64::from(settings.samples);
+    let paths = paths.saturating_mul(scene.wavelength_count() as u64);
+    let soon = name == AUTO && device.is_none() && paths <= SOON && scene.lone_convex_stone().is_some();
+    if !soon {
+        return choose_among(backends, name, device);
+    }
+    let processor: Vec<_> = backends.iter().filter(|b| b.name == backend_cpu::CPU.name).copied().collect();
+    choose_among(&processor, name, device).map(|candidates| Candidates { soon, ..candidates })
 }
 
 fn automatic(backends: &[Backend], device: Option<usize>) -> Result<Candidates, Error> {
@@ -100,7 +137,8 @@ fn automatic(backends: &[Backend], device: Option<usize>) -> Result<Candidates, 
         Err(error) if waiting.is_empty() => return Err(error),
         Err(_) => {}
     }
-    Ok(Candidates { waiting, auto: true, replaced: device.is_none(), patience: PROBE_PATIENCE })
+    let replaced = device.is_none();
+    Ok(Candidates { waiting, auto: true, replaced, soon: false, patience: PROBE_PATIENCE })
 }
 
 fn device_of(backend: &Backend, device: Option<usize>) -> Result<DeviceInfo, Error> {
@@ -154,6 +192,7 @@ impl Iterator for Candidates {
             let why = match (self.auto, device.hardware && backend.name != backend_cpu::CPU.name) {
                 (false, _) => "as asked for".to_owned(),
                 (true, true) => "it is hardware and passes the probe".to_owned(),
+                (true, false) if self.soon => "it is done before a GPU would be ready".to_owned(),
                 (true, false) if remarks.is_empty() => "no other device is left".to_owned(),
                 (true, false) => String::new(),
             };

@@ -234,9 +234,7 @@ impl Film {
         let (mut xyz, mut coverage) =
             if fresh { ([0.0; 3], 0.0) } else { (self.xyz[pixel], self.coverage[pixel]) };
         for sample in samples {
-            for c in 0..3 {
-                xyz[c] += sample.xyz[c];
-            }
+            xyz.iter_mut().zip(sample.xyz).for_each(|(sum, value)| *sum += value);
             coverage += sample.coverage;
         }
         (self.xyz[pixel], self.coverage[pixel]) = (xyz, coverage);

@@ -206,6 +206,20 @@ fn auto_passes_on_what_fails_and_the_processor_completes_the_same_film() {
 }
 
 #[test]
+fn a_picture_that_the_processor_finishes_before_a_gpu_is_ready_is_its_own() {
+    let reason = |settings: &RenderSettings, name| {
+        let scene = PreparedScene::new(&view().0, settings).expect("a valid scene");
+        let mut candidates = registry::choose_for(&scene, &[CPU, CLOSED], name, None).expect("a device");
+        candidates.next().expect("a device").reason
+    };
+    let small = view().1;
+    let large = RenderSettings { samples: 3_000, ..small.clone() };
+    assert_eq!(reason(&small, registry::AUTO), "cpu: it is done before a GPU would be ready");
+    assert_eq!(reason(&large, registry::AUTO), "closed closed card: it is hardware and passes the probe");
+    assert_eq!(reason(&small, "closed"), "closed closed card: as asked for");
+}
+
+#[test]
 fn software_is_never_preferred_to_the_processor() {
     let (_, rendered, log) = rendered(&[CPU, SOFTWARE], registry::AUTO);
     assert_eq!(log.chosen, ["cpu: software software card is software"]);

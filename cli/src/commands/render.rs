@@ -82,10 +82,11 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     let start = Instant::now();
     let shard = args.shard.map_or(Ok(Shard::WHOLE), Portion::resolve)?;
     let targets = targets(args)?;
-    let candidates = registry::choose_among(backends, &args.backend, args.device)?;
+    registry::known(backends, &args.backend)?;
     let mut loaded = load(args)?;
     targets.iter().try_for_each(Target::check)?;
     let scene = Arc::new(prepare(args, &loaded)?);
+    let candidates = registry::choose_for(&scene, backends, &args.backend, args.device)?;
     // Prepared, it is not needed any more, and meshes are large.
     loaded.scene.stones = Vec::new();
     let mut warnings: Vec<String> =
