@@ -92,6 +92,8 @@ pub mod film;
 #[cfg(feature = "render")]
 pub mod kernel;
 #[cfg(feature = "render")]
+pub mod lattice;
+#[cfg(feature = "render")]
 pub mod mesh;
 #[cfg(feature = "render")]
 pub mod prepare;

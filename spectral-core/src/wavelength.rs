@@ -129,12 +129,17 @@ impl WavelengthGrid {
     /// Cells, widths and range stay. Sample 0 is the midpoint grid, and a list stays as it is.
     #[must_use]
     pub fn jittered(&self, sample: u32) -> Self {
+        self.shifted(0.5 + f64::from(sample) * INVERSE_GOLDEN_RATIO)
+    }
+
+    /// The grid with its wavelengths at the fraction `offset` (modulo 1) of their cells: λᵢ = min + (i + offset)·Δ.
+    ///
+    /// Cells, widths and range stay. At 0.5 it is the midpoint grid, and a list stays as it is.
+    #[must_use]
+    pub fn shifted(&self, offset: f64) -> Self {
         match self.layout {
             Layout::List => self.clone(),
-            Layout::Cells => {
-                let offset = (0.5 + f64::from(sample) * INVERSE_GOLDEN_RATIO).fract();
-                Self::cells(self.range, self.nm.len(), offset)
-            }
+            Layout::Cells => Self::cells(self.range, self.nm.len(), offset.rem_euclid(1.0)),
         }
     }
 
@@ -147,7 +152,7 @@ impl WavelengthGrid {
         }
     }
 
-    /// Whether [`jittered`](Self::jittered) moves the wavelengths: true for [`midpoints`](Self::midpoints).
+    /// Whether [`jittered`](Self::jittered) and [`shifted`](Self::shifted) move the wavelengths: true for [`midpoints`](Self::midpoints).
     pub fn can_jitter(&self) -> bool {
         self.layout == Layout::Cells
     }
@@ -235,6 +240,8 @@ mod tests {
         assert!((widest - INVERSE_GOLDEN_RATIO.powi(8)).abs() < 1e-12, "{widest}");
         assert!(offsets[0] >= 0.0 && offsets[63] < 1.0);
         assert_eq!(grid.jittered(7).jittered(0), grid);
+        assert_eq!(grid.jittered(7).shifted(0.5), grid);
+        assert_eq!(grid.shifted(0.25).nm(), [425.0, 525.0, 625.0]);
     }
 
     #[test]

@@ -31,9 +31,13 @@ pub struct SpectralTable {
     pub media: Vec<Vec<Medium>>,
 }
 
-/// The most distinct wavelength grids: beyond, jittered offsets repeat. The offsets of a Kronecker sequence
-/// then lie closer than 1/256 of a cell.
+/// The most distinct wavelength grids: beyond, the offsets repeat, which then lie about 1/256 of a cell from each other.
 const MOST_GRIDS: u32 = 256;
+
+/// The same for the offsets of the [`lattice`](crate::lattice), a power of its base: beyond, three or nine lattices of so
+/// many points lie beside each other in the pixel, at the same offsets. The error of 729 samples of a diamond is 3 % larger
+/// than with as many grids, which take longer to make than that is worth.
+const MOST_GRIDS_ON_LATTICE: u32 = 243;
 
 /// One table for all samples, or one a sample where wavelengths are jittered.
 pub(super) fn tables(
@@ -47,9 +51,10 @@ pub(super) fn tables(
         warnings.extend(material.check(grid.range())?);
     }
     let jitter = settings.jitter && grid.can_jitter() && settings.samples > 1;
-    let grids = if jitter { settings.samples.min(MOST_GRIDS) } else { 1 };
+    let most = if settings.tolerance > 0.0 { MOST_GRIDS_ON_LATTICE } else { MOST_GRIDS };
+    let grids = if jitter { settings.samples.min(most) } else { 1 };
     let tables = (0..grids)
-        .map(|sample| SpectralTable::new(&grid.jittered(sample), scene, &materials))
+        .map(|sample| SpectralTable::new(&settings.grid(sample), scene, &materials))
         .collect::<Result<Vec<_>, _>>()?;
     warnings.extend(coarseness(&tables));
     Ok(tables.into_iter().map(|(table, _)| table).collect())
