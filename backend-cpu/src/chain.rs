@@ -10,7 +10,7 @@ use crate::{
     incidence::{Flux, Mean, Polarized, first_axis},
     light::Light,
     planes::Planes,
-    schedule::{Finished, TileTracer},
+    schedule::{Finished, Stop, TileTracer},
     texel::Aim,
 };
 use accel::lanes::{Lanes, Row, Triple, WIDTH, put};
@@ -25,7 +25,6 @@ use spectral_core::{
     settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The scene reduced to one convex stone.
 #[derive(Debug, Clone)]
@@ -59,7 +58,7 @@ struct Paths<'a> {
     blocks: &'a [Block],
     radiances: &'a mut [f32],
     ledger: &'a mut Ledger,
-    stop: &'a AtomicBool,
+    stop: &'a Stop<'a>,
 }
 
 impl Chain {
@@ -87,7 +86,7 @@ impl Chain {
 }
 
 impl TileTracer for ChainTracer<'_> {
-    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let (wavelengths, count) = (self.scene.wavelength_count(), samples.len());
         let arrivals = self.arrivals(tile, &samples);
         let pixels = Block::pixels(wavelengths * count);
@@ -213,7 +212,7 @@ impl Paths<'_> {
             for block in blocks {
                 while batch.is_full() {
                     batch.step();
-                    if self.stop.load(Ordering::Relaxed) {
+                    if (self.stop)() {
                         return false;
                     }
                 }

@@ -26,7 +26,6 @@ use spectral_core::{
 use std::marker::PhantomData;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 use surface::{Crossing, Surfaces};
 
 const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0 };
@@ -47,7 +46,7 @@ struct Reference {
     scene: Arc<PreparedScene>,
     surfaces: Surfaces,
     options: OpenOptions,
-    workers: ThreadPool,
+    workers: Option<ThreadPool>,
 }
 
 impl Tracer for Reference {
@@ -61,7 +60,7 @@ impl Tracer for Reference {
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
-        let (options, workers) = (&self.options, &self.workers);
+        let (options, workers) = (&self.options, self.workers.as_ref());
         if self.scene.settings.polarized {
             let kernel = Typed::<Polarized<f64>>(self, PhantomData);
             let typed = Pixelwise { kernel, scene: &self.scene };
@@ -123,7 +122,7 @@ impl<P: Throughput<f64>> Walk<'_, P> {
     fn radiance(&mut self, work: &mut Work<'_>) -> f64 {
         let mut sum = 0.0;
         while let Some(ray) = self.pending.pop() {
-            if work.stop.load(Ordering::Relaxed) {
+            if (work.stop)() {
                 break;
             }
             work.account.rays += 1;

@@ -2,6 +2,9 @@
 //!
 //! Each pixel sample is computed by one task alone and added to the film in sample order, so the picture
 //! does not depend on the number of threads, the size of the tiles, or the order in which they finish.
+//!
+//! The calling thread is one of the workers, and looks after progress on the side. If it slept instead, the system would
+//! have a processor too many to wake the others on, and two of them could start on one: for some milliseconds.
 
 use crate::account::{Account, Ledger};
 use rayon::ThreadPool;
@@ -11,7 +14,9 @@ use spectral_core::{
     prepare::{PreparedScene, SpectralTable},
     tracer::{OpenOptions, Progress, TraceFailure, TraceReport, check_call},
 };
+use std::cell::{Cell, RefCell};
 use std::ops::{ControlFlow, Range};
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError, mpsc};
 use std::time::{Duration, Instant};
@@ -19,7 +24,7 @@ use std::time::{Duration, Instant};
 /// Computes tiles.
 pub(crate) trait TileTracer: Sync {
     /// Some samples of every pixel of a tile; `None` if broken off because `stop` was set.
-    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished>;
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished>;
 }
 
 /// Computes one pixel sample.
@@ -32,7 +37,65 @@ pub(crate) trait PixelTracer: Sync {
 /// What a worker carries along.
 pub(crate) struct Work<'a> {
     pub account: Account,
-    pub stop: &'a AtomicBool,
+    pub stop: &'a Stop<'a>,
+}
+
+/// Whether a worker is to give up: to be asked every few microseconds.
+pub(crate) type Stop<'a> = dyn Fn() -> bool + 'a;
+
+/// The calling thread, which now and then is told how far work has come.
+struct Caller<'a> {
+    flag: &'a AtomicBool,
+    tell: RefCell<&'a mut dyn FnMut() -> ControlFlow<()>>,
+    asked: Cell<u32>,
+    due: Cell<Instant>,
+    patience: Cell<Duration>,
+}
+
+impl<'a> Caller<'a> {
+    fn new(flag: &'a AtomicBool, tell: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
+        let (due, patience) = (Cell::new(Instant::now() + FIRST), Cell::new(FIRST));
+        Caller { flag, tell: RefCell::new(tell), asked: Cell::new(0), due, patience }
+    }
+
+    /// Its [`Stop`].
+    fn stops(&self) -> bool {
+        // A look at the clock takes as long as a ray.
+        self.asked.set(self.asked.get().wrapping_add(1));
+        if self.asked.get().is_multiple_of(64) {
+            self.tell_when_due();
+        }
+        self.flag.load(Ordering::Relaxed)
+    }
+
+    /// Works along with those in the pool, and waits for them when nothing is left to do.
+    fn shares(&self, pool: Option<&ThreadPool>, work: &(impl Fn(&Stop<'_>) + Sync)) {
+        let Some(pool) = pool else { return work(&|| self.stops()) };
+        let flag = self.flag;
+        pool.in_place_scope(|scope| {
+            let (working, others) = mpsc::channel();
+            scope.spawn_broadcast(move |_, _| {
+                // Dropped when all are done, or have panicked.
+                let _: &mpsc::Sender<()> = &working;
+                work(&|| flag.load(Ordering::Relaxed));
+            });
+            work(&|| self.stops());
+            while others.recv_timeout(self.patience.get()) == Err(mpsc::RecvTimeoutError::Timeout) {
+                self.tell_when_due();
+            }
+        });
+    }
+
+    fn tell_when_due(&self) {
+        if Instant::now() < self.due.get() {
+            return;
+        }
+        if (self.tell.borrow_mut())().is_break() {
+            self.flag.store(true, Ordering::Relaxed);
+        }
+        self.patience.set(HEARTBEAT.min(2 * self.patience.get()));
+        self.due.set(Instant::now() + self.patience.get());
+    }
 }
 
 /// Edge of a tile unless the caller has a wish, pixels.
@@ -41,8 +104,7 @@ const TILE: u32 = 16;
 const TILE_BYTES: usize = 4 << 20;
 /// The most samples of a pixel in one pass over the picture: partial pictures are even.
 const PASS: u32 = 16;
-/// How often the caller's progress function is called at least, and how soon for the first time. Seldom, for there may
-/// be no processor but the workers' own for the caller to run on.
+/// How often the caller's progress function is called at least, and how soon for the first time.
 const HEARTBEAT: Duration = Duration::from_millis(50);
 const FIRST: Duration = Duration::from_millis(1);
 
@@ -70,12 +132,15 @@ impl Finished {
     }
 }
 
-/// The worker threads.
-pub(crate) fn workers(options: &OpenOptions) -> Result<ThreadPool, Error> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(options.threads.unwrap_or(0))
-        .build()
-        .map_err(|e| device_error(format!("the worker threads could not be started: {e}")))
+/// The worker threads besides the calling one, if there are to be any.
+pub(crate) fn workers(options: &OpenOptions) -> Result<Option<ThreadPool>, Error> {
+    let processors = || std::thread::available_parallelism().map_or(1, usize::from);
+    let others = options.threads.filter(|&threads| threads > 0).unwrap_or_else(processors) - 1;
+    if others == 0 {
+        return Ok(None);
+    }
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(others).build();
+    pool.map(Some).map_err(|e| device_error(format!("the worker threads could not be started: {e}")))
 }
 
 /// Brings every pixel of `film` up to the end of `samples`.
@@ -83,7 +148,7 @@ pub(crate) fn trace<K: TileTracer>(
     kernel: &K,
     scene: &PreparedScene,
     options: &OpenOptions,
-    pool: &ThreadPool,
+    pool: Option<&ThreadPool>,
     samples: Range<u32>,
     film: &mut Film,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
@@ -189,6 +254,9 @@ impl Outbox<'_, '_> {
 
 impl Drop for Outbox<'_, '_> {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
         locked(self.books).enter(&mut self.tiles, self.stop);
     }
 }
@@ -214,7 +282,7 @@ impl<'a> Run<'a> {
     fn passes<K: TileTracer>(
         &mut self,
         kernel: &K,
-        pool: &ThreadPool,
+        pool: Option<&ThreadPool>,
         tiles: &[Tile],
         passes: impl Iterator<Item = Range<u32>>,
     ) -> Result<bool, Error> {
@@ -232,44 +300,43 @@ impl<'a> Run<'a> {
     fn pass<K: TileTracer>(
         &mut self,
         kernel: &K,
-        pool: &ThreadPool,
+        pool: Option<&ThreadPool>,
         pieces: &[Missing],
     ) -> Result<bool, Error> {
-        let (stop, next) = (&AtomicBool::new(false), &AtomicUsize::new(0));
+        let (flag, next, telling) = (&AtomicBool::new(false), &AtomicUsize::new(0), Cell::new(false));
         let Run { books, progress, total } = self;
-        let (books, (working, done)) = (&*books, mpsc::channel());
-        std::thread::scope(|scope| {
-            let workers = scope.spawn(move || {
-                // Dropped when they are done, or have panicked.
-                let _working: mpsc::Sender<()> = working;
-                pool.broadcast(|_| {
-                    let mut outbox = Outbox { books, stop, tiles: Vec::new(), bytes: 0 };
-                    while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
-                        if stop.load(Ordering::Relaxed) {
-                            return;
-                        }
-                        if let Some(finished) = kernel.tile(piece.tile, piece.samples.clone(), stop) {
-                            outbox.put(finished);
-                        }
-                    }
-                });
-            });
-            let mut patience = FIRST;
-            while done.recv_timeout(patience) == Err(mpsc::RecvTimeoutError::Timeout) {
-                patience = HEARTBEAT.min(2 * patience);
-                let done = locked(books).done;
-                if progress(Progress { done, total: *total }).is_break() {
-                    stop.store(true, Ordering::Relaxed);
+        let books = &*books;
+        let mut tell = || {
+            telling.set(true);
+            let done = locked(books).done;
+            let told = progress(Progress { done, total: *total });
+            telling.set(false);
+            told
+        };
+        let work = |stop: &Stop<'_>| {
+            let mut outbox = Outbox { books, stop: flag, tiles: Vec::new(), bytes: 0 };
+            while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
+                if stop() {
+                    return;
+                }
+                if let Some(finished) = kernel.tile(piece.tile, piece.samples.clone(), stop) {
+                    outbox.put(finished);
                 }
             }
-            workers.join().map_err(|_| device_error("a worker thread panicked".into()))
-        })?;
+        };
+        let caller = Caller::new(flag, &mut tell);
+        if let Err(panic) = catch_unwind(AssertUnwindSafe(|| caller.shares(pool, &work))) {
+            if telling.get() {
+                resume_unwind(panic);
+            }
+            return Err(device_error("a worker thread panicked".into()));
+        }
         let Books { done, refused, .. } = self.books();
         let done = *done;
         if let Some(error) = refused.take() {
             return Err(error);
         }
-        let stopped = stop.load(Ordering::Relaxed);
+        let stopped = flag.load(Ordering::Relaxed);
         let last = (self.progress)(Progress { done, total: self.total });
         Ok(!stopped && last.is_continue())
     }
@@ -282,7 +349,7 @@ pub(crate) struct Pixelwise<'a, K> {
 }
 
 impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
-    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let Pixelwise { kernel, scene } = self;
         let count = scene.wavelength_count();
         let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
@@ -294,7 +361,7 @@ impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
                     let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
                     let mut work = Work { account: Account::default(), stop };
                     let covered = kernel.sample(at, sample, &mut radiance, &mut work);
-                    if stop.load(Ordering::Relaxed) {
+                    if stop() {
                         return None;
                     }
                     ledger.enter(count, &work.account);
@@ -319,4 +386,78 @@ fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: boo
         }
     }
     PixelSample { xyz: xyz.map(|v| v as f32), coverage: f32::from(u8::from(covered)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::chain::tests::chain;
+
+    /// Black tiles, but for what one of them does.
+    struct Black<'a, F> {
+        scene: &'a PreparedScene,
+        first: F,
+    }
+
+    impl<F: Fn() + Sync> TileTracer for Black<'_, F> {
+        fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
+            if (tile.x, tile.y) == (0, 0) {
+                (self.first)();
+                while !stop() {
+                    std::thread::yield_now();
+                }
+                return None;
+            }
+            let count = tile.width as usize * tile.height as usize * samples.len();
+            let radiances = vec![0.0; count * self.scene.wavelength_count()];
+            let (covered, ledger) = (vec![false; count], Ledger::default());
+            Some(Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
+        }
+    }
+
+    fn traced(
+        threads: usize,
+        first: impl Fn() + Sync,
+        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    ) -> (Result<TraceReport, Box<TraceFailure>>, u64) {
+        let (_, scene) = chain("round-brilliant");
+        let options = OpenOptions { threads: Some(threads), tile: Some(1), deadline: None };
+        let pool = workers(&options).expect("threads");
+        let mut film = Film::new(&scene);
+        let kernel = Black { scene: &scene, first };
+        let report = trace(&kernel, &scene, &options, pool.as_ref(), 0..1, &mut film, progress);
+        (report, film.total_samples())
+    }
+
+    #[test]
+    fn a_worker_that_panics_stops_the_others_and_is_an_error() {
+        for threads in 1..=3 {
+            let go_on = &mut |_| ControlFlow::Continue(());
+            let (report, _) = traced(threads, || panic!("on purpose"), go_on);
+            let failure = report.expect_err("a failure");
+            assert!(failure.to_string().contains("a worker thread panicked"), "{threads}: {failure}");
+        }
+    }
+
+    #[test]
+    fn a_caller_that_has_had_enough_is_heard_while_tiles_take_for_ever() {
+        for threads in 1..=3 {
+            let (caller, mut calls) = (std::thread::current().id(), 0);
+            let (report, done) = traced(threads, || (), &mut |progress| {
+                assert_eq!(std::thread::current().id(), caller);
+                calls += 1;
+                // The others have done all that there is.
+                let enough = calls > 3 && (threads == 1 || progress.done + 1 == progress.total);
+                if enough { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+            });
+            assert!(!report.expect("no failure").finished);
+            assert_eq!(done == 0, threads == 1, "{threads}: {done}");
+        }
+    }
+
+    #[test]
+    #[should_panic(expected = "the caller's own")]
+    fn what_the_caller_panics_with_is_its_own() {
+        let _ = traced(2, || (), &mut |_| panic!("the caller's own"));
+    }
 }

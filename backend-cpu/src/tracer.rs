@@ -74,7 +74,7 @@ struct CpuTracer {
     light: Light,
     scene: Arc<PreparedScene>,
     options: OpenOptions,
-    workers: ThreadPool,
+    workers: Option<ThreadPool>,
     /// Reported by the first call.
     build: Option<Duration>,
 }
@@ -90,7 +90,8 @@ impl Tracer for CpuTracer {
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
-        let (scene, light, options, workers) = (&*self.scene, &self.light, &self.options, &self.workers);
+        let (scene, light, options, workers) =
+            (&*self.scene, &self.light, &self.options, self.workers.as_ref());
         let outcome = match &self.path {
             Path::Chain(chain) => {
                 let tracer = ChainTracer { chain, scene, light };

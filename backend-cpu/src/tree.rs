@@ -9,7 +9,7 @@ use crate::{
     incidence::{Flux, Mean, Polarized},
     light::Light,
     planes::Planes,
-    schedule::{Finished, TileTracer},
+    schedule::{Finished, Stop, TileTracer},
     surface::{Crossing, Surfaces},
 };
 use accel::lanes::Lanes;
@@ -23,7 +23,6 @@ use spectral_core::{
     settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// The rules of transport over the scene's surfaces.
 #[derive(Debug)]
@@ -66,7 +65,7 @@ struct Paths<'a> {
     blocks: &'a [Block],
     radiances: &'a mut [f32],
     ledger: &'a mut Ledger,
-    stop: &'a AtomicBool,
+    stop: &'a Stop<'a>,
 }
 
 /// Of more stones than this, spheres are not looked at one by one.
@@ -121,7 +120,7 @@ fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
 }
 
 impl TileTracer for TreeTracer<'_> {
-    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &AtomicBool) -> Option<Finished> {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let blocks = Block::all(1, samples.clone().map(|sample| self.scene.table(sample)));
         let arrivals = self.arrivals(tile, &samples);
         let mut radiances = vec![0.0; arrivals.len() * self.scene.wavelength_count()];
@@ -197,7 +196,7 @@ impl Paths<'_> {
                 let radiances = walk.radiance(block, arrivals, behind);
                 block.scatter(radiances, &mut self.radiances[pixel * lines..][..lines]);
             }
-            if self.stop.load(Ordering::Relaxed) {
+            if (self.stop)() {
                 return false;
             }
         }

@@ -12,6 +12,7 @@ use crate::{
     block::{Block, Medium},
     incidence::Flux,
     light::Light,
+    schedule::Stop,
     surface::Crossing,
     texel::Aim,
 };
@@ -21,7 +22,6 @@ use spectral_core::{
     settings::Leftover,
     stokes::any_axis,
 };
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Wavelengths that have had the same events.
 #[derive(Clone, Copy)]
@@ -54,7 +54,7 @@ pub(super) struct Walk<'a, V, F> {
     tree: &'a Tree,
     light: &'a Light,
     ledger: &'a mut Ledger,
-    stop: &'a AtomicBool,
+    stop: &'a Stop<'a>,
     stack: Vec<Packet<V, F>>,
     /// By rank: a facet to try first.
     guesses: Vec<usize>,
@@ -80,7 +80,7 @@ impl<V: Lanes, F: Flux<V>> Work for Arrive<'_, '_, V, F> {
 
 impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
     #[inline(always)]
-    pub fn new(tree: &'a Tree, light: &'a Light, ledger: &'a mut Ledger, stop: &'a AtomicBool) -> Self {
+    pub fn new(tree: &'a Tree, light: &'a Light, ledger: &'a mut Ledger, stop: &'a Stop<'a>) -> Self {
         Walk { tree, light, ledger, stop, stack: Vec::new(), guesses: vec![0; tree.alone.len()] }
     }
 
@@ -122,7 +122,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         self.part(block, &packet, &crossings, &mut sum);
         while let Some(packet) = self.stack.pop() {
             // A tree can be vast: breaking off must not wait for the pixel.
-            if self.stop.load(Ordering::Relaxed) {
+            if (self.stop)() {
                 self.stack.clear();
             } else {
                 self.go_on(block, packet, &mut sum);
