@@ -49,13 +49,12 @@ struct Caller<'a> {
     tell: RefCell<&'a mut dyn FnMut() -> ControlFlow<()>>,
     asked: Cell<u32>,
     due: Cell<Instant>,
-    patience: Cell<Duration>,
 }
 
 impl<'a> Caller<'a> {
     fn new(flag: &'a AtomicBool, tell: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
-        let (due, patience) = (Cell::new(Instant::now() + FIRST), Cell::new(FIRST));
-        Caller { flag, tell: RefCell::new(tell), asked: Cell::new(0), due, patience }
+        let due = Cell::new(Instant::now() + HEARTBEAT);
+        Caller { flag, tell: RefCell::new(tell), asked: Cell::new(0), due }
     }
 
     /// Its [`Stop`].
@@ -68,33 +67,35 @@ impl<'a> Caller<'a> {
         self.flag.load(Ordering::Relaxed)
     }
 
-    /// Works along with those in the pool, and waits for them when nothing is left to do.
-    fn shares(&self, pool: Option<&ThreadPool>, work: &(impl Fn(&Stop<'_>) + Sync)) {
-        let Some(pool) = pool else { return work(&|| self.stops()) };
+    /// Works along with those in the pool, tells of every tile, and waits for the others when nothing is left to do.
+    fn shares(&self, pool: Option<&ThreadPool>, work: &(impl Fn(&Stop<'_>, &dyn Fn()) + Sync)) {
+        let Some(pool) = pool else { return work(&|| self.stops(), &|| self.tell()) };
         let flag = self.flag;
         pool.in_place_scope(|scope| {
             let (working, others) = mpsc::channel();
             scope.spawn_broadcast(move |_, _| {
                 // Dropped when all are done, or have panicked.
                 let _: &mpsc::Sender<()> = &working;
-                work(&|| flag.load(Ordering::Relaxed));
+                work(&|| flag.load(Ordering::Relaxed), &|| ());
             });
-            work(&|| self.stops());
-            while others.recv_timeout(self.patience.get()) == Err(mpsc::RecvTimeoutError::Timeout) {
+            work(&|| self.stops(), &|| self.tell());
+            while others.recv_timeout(HEARTBEAT) == Err(mpsc::RecvTimeoutError::Timeout) {
                 self.tell_when_due();
             }
         });
     }
 
     fn tell_when_due(&self) {
-        if Instant::now() < self.due.get() {
-            return;
+        if self.due.get() <= Instant::now() {
+            self.tell();
         }
+    }
+
+    fn tell(&self) {
         if (self.tell.borrow_mut())().is_break() {
             self.flag.store(true, Ordering::Relaxed);
         }
-        self.patience.set(HEARTBEAT.min(2 * self.patience.get()));
-        self.due.set(Instant::now() + self.patience.get());
+        self.due.set(Instant::now() + HEARTBEAT);
     }
 }
 
@@ -104,9 +105,8 @@ const TILE: u32 = 16;
 const TILE_BYTES: usize = 4 << 20;
 /// The most samples of a pixel in one pass over the picture: partial pictures are even.
 const PASS: u32 = 16;
-/// How often the caller's progress function is called at least, and how soon for the first time.
+/// How often the caller's progress function is called at least, if no tile is finished.
 const HEARTBEAT: Duration = Duration::from_millis(50);
-const FIRST: Duration = Duration::from_millis(1);
 
 /// A finished tile on its way to the film.
 pub(crate) struct Finished {
@@ -313,7 +313,7 @@ impl<'a> Run<'a> {
             telling.set(false);
             told
         };
-        let work = |stop: &Stop<'_>| {
+        let work = |stop: &Stop<'_>, tell: &dyn Fn()| {
             let mut outbox = Outbox { books, stop: flag, tiles: Vec::new(), bytes: 0 };
             while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
                 if stop() {
@@ -321,6 +321,7 @@ impl<'a> Run<'a> {
                 }
                 if let Some(finished) = kernel.tile(piece.tile, piece.samples.clone(), stop) {
                     outbox.put(finished);
+                    tell();
                 }
             }
         };
