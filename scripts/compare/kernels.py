@@ -140,8 +140,8 @@ COMPARISONS = [
         "the same program, told which to use"),
     Comparison(
         "Two cores against one", 1.9, 1.97, ["polarized", "two cores"], wall,
-        "wall time of two threads on two cores against one thread and what collects its work on one; means something only "
-        "on a machine that does nothing else"),
+        "wall time of two threads on two cores against one thread on one; means something only on a machine that does "
+        "nothing else"),
     Comparison(
         "A million triangles of stones, internal rays, against Embree single rays",
         1.2, 2, ["embree heap", "heap"], quotient,

@@ -30,7 +30,7 @@ pub struct DeviceInfo {
 /// How to open a device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct OpenOptions {
-    /// Worker threads on the CPU; `None` takes one a core. Never changes the picture.
+    /// Worker threads on the CPU, the calling one included; `None` takes one a core. Never changes the picture.
     pub threads: Option<usize>,
     /// Edge of the square tiles, pixels; `None` lets the backend choose. Never changes the picture.
     pub tile: Option<u32>,
