@@ -4,7 +4,7 @@
 //! does not depend on the number of threads, the size of the tiles, or the order in which they finish.
 //!
 //! The calling thread is one of the workers, and looks after progress on the side. If it slept instead, the system would
-//! have a processor too many to wake the others on, and two of them could start on one: for some milliseconds.
+//! have a processor too many to wake the others on, and two of them could start on one, until it looks again.
 
 use crate::account::{Account, Ledger};
 use rayon::ThreadPool;
