@@ -11,7 +11,7 @@ if ! env time -f %M true >/dev/null 2>&1; then
   echo "memory.sh: GNU time was not found; on Debian, 'apt install time'" >&2
   exit 1
 fi
-cargo build --release --quiet --package gemtrace --example large_scene --bins
+cargo build --release --quiet --package gemtrace-cli --example large_scene --bins
 target=$(cargo metadata --format-version 1 --no-deps | sed 's/.*"target_directory":"\([^"]*\)".*/\1/')
 folder=$(mktemp -d "$target/memory.XXXXXX")
 trap 'rm -rf "$folder"' EXIT

@@ -23,7 +23,7 @@ if ! { has slurmctld && has slurmd && has sbatch && has munged; }; then
   DEBIAN_FRONTEND=noninteractive apt-get install -y -q slurmctld slurmd slurm-client munge >/dev/null
 fi
 gemtrace=${1:-${CARGO_TARGET_DIR:-target}/release/gemtrace}
-[ -x "$gemtrace" ] || cargo build --release --package gemtrace
+[ -x "$gemtrace" ] || cargo build --release --package gemtrace-cli
 work=$(mktemp -d /tmp/slurm-test.XXXXXX)
 mkdir "$work"/{bin,munge,state,spool,log}
 chmod 755 "$work"

@@ -5,7 +5,6 @@ pub mod bench;
 pub mod check;
 pub mod cut;
 pub mod devices;
-pub(crate) mod figure;
 pub mod materials;
 pub mod measure;
 pub mod merge;
@@ -16,7 +15,8 @@ pub mod spectrum;
 pub mod still;
 mod table;
 
-use crate::{Error, progress::Interrupt};
+use crate::progress::Interrupt;
+use gemtrace::Error;
 use clap::{Parser, Subcommand};
 use serde_json::{Value, json};
 use std::io::Write;

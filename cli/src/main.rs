@@ -1,7 +1,7 @@
-//! The `gemtrace` program; all it does is in the library.
+//! The entry point of `gemtrace`.
 
 use clap::Parser as _;
-use gemtrace::{commands, progress::Interrupt};
+use gemtrace_cli::{commands, progress::Interrupt};
 use std::process::ExitCode;
 use std::sync::Arc;
 

@@ -39,7 +39,7 @@ llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
 export OPENBLAS_NUM_THREADS=1
 
 target=${CARGO_TARGET_DIR:-$root/target}
-cargo build -q --release --manifest-path "$root/Cargo.toml" -p gemtrace
+cargo build -q --release --manifest-path "$root/Cargo.toml" -p gemtrace-cli
 gemtrace="$target/release/gemtrace"
 
 # What the scenes are made of: the same files every time.

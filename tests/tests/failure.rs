@@ -158,7 +158,7 @@ impl Watch for Log {
         ControlFlow::Continue(())
     }
 
-    fn replaced(&mut self, message: &str) {
+    fn warning(&mut self, message: &str) {
         self.replaced.push(message.to_owned());
     }
 }

@@ -1,7 +1,7 @@
 //! Samples where the picture needs them: what the qualities promise, and that it stays deterministic.
 
 use gemtrace::{
-    registry::{self, Choice},
+    registry,
     rendering::{self, Watch},
     scene_file,
 };
@@ -24,14 +24,10 @@ use std::sync::Arc;
 struct Impatient(usize);
 
 impl Watch for Impatient {
-    fn chosen(&mut self, _: &Choice) {}
-
     fn progress(&mut self, _: Progress) -> ControlFlow<()> {
         self.0 = self.0.saturating_sub(1);
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
-
-    fn replaced(&mut self, _: &str) {}
 }
 
 /// A part of a stone's crown with its pixels as fine as in a picture 512 pixels wide.

@@ -1,6 +1,6 @@
 //! Writes the scenes that `scripts/memory.sh` measures: a closed mesh of many triangles, a large environment, and both.
 //!
-//!     cargo run --release -p gemtrace --example large_scene -- FOLDER [TRIANGLES [WIDTH]]
+//!     cargo run --release -p gemtrace-cli --example large_scene -- FOLDER [TRIANGLES [WIDTH]]
 //!
 //! The mesh is a globe of `TRIANGLES` triangles, round (`round.ply`) and with hills (`hills.ply`, and `hills.stl`, where
 //! each corner is written out); the environment is a sky of `WIDTH × WIDTH/2` texels with lamps in it (`sky.exr` in half

@@ -1,14 +1,18 @@
 //! `gemtrace batch`.
 
-use super::figure::seconds;
-use super::render::parse_size;
 use super::{Console, Report, table};
-use crate::Error;
-use crate::batch::{Place, Plan, Portion, Shard, Summary, merge, run as carry_out, sheet, sweep};
-use crate::effort::Effort;
-use crate::registry::{self, Candidates};
+use crate::arguments::Rendering;
+use gemtrace::Error;
+use crate::progress::Board;
+use gemtrace::batch::{Observer, Place, Plan, manifest::Done, Portion, Shard, Summary, merge, run as carry_out, sheet, sweep};
+use gemtrace::quantity::{percent, seconds};
+use gemtrace::registry::{Candidates, Choice};
+use gemtrace::rendering::Watch;
 use serde_json::{Value, json};
+use spectral_core::tracer::Progress;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// Arguments of `batch`.
 #[derive(Debug, Clone, clap::Args)]
@@ -21,21 +25,9 @@ pub struct Args {
     /// Render the i-th of n shares only; auto: the one that Slurm or Kubernetes says, else everything.
     #[arg(long, value_name = "I/N", default_value = "auto")]
     pub shard: Portion,
-    /// What renders: auto, or a name that `gemtrace devices` lists.
-    #[arg(long, value_name = "NAME", default_value = registry::AUTO)]
-    pub backend: String,
-    /// Which of the backend's devices, counted from 0.
-    #[arg(long, value_name = "N")]
-    pub device: Option<usize>,
-    /// How much work each is worth.
     #[command(flatten)]
-    pub effort: Effort,
-    /// Picture size in pixels, in place of the scenes'.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<[u32; 2]>,
-    /// Worker threads [default: one a core]; the pictures are the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub threads: Option<u32>,
+    #[allow(missing_docs, reason = "clap would print it as the command's own description")]
+    pub rendering: Rendering,
     /// Show what would be rendered, and render nothing.
     #[arg(long)]
     pub list: bool,
@@ -50,7 +42,7 @@ pub struct Args {
 /// [`Error`] of the sweep file, the backend's name or the output folder, before the first ray. Items that fail are told
 /// in the report's `failure`.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
-    let plan = sweep::load(&args.sweep)?.with_film(args.size, &args.effort)?;
+    let plan = sweep::load(&args.sweep)?.with(args.rendering.overrides());
     if args.list {
         return Ok(list(&plan));
     }
@@ -58,9 +50,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         return show(&plan, name);
     }
     let shard = args.shard.resolve()?;
-    let candidates = registry::choose(&args.backend, args.device)?;
+    let candidates = args.rendering.candidates()?;
     let output = args.output.clone().unwrap_or_else(|| args.sweep.file_stem().unwrap_or_default().into());
-    let place = Place { output, shard, threads: args.threads.map(|n| n as usize) };
+    let place = Place { output, shard, threads: args.rendering.options().threads };
     render(&plan, &place, candidates, console)
 }
 
@@ -74,7 +66,11 @@ pub fn render(
     candidates: Candidates,
     console: &mut Console,
 ) -> Result<Report, Error> {
-    let summary = carry_out(plan, place, candidates, console)?;
+    let summary = {
+        console.interrupt.heed();
+        let onlooker = &mut Onlooker { console, board: None, announced: false, told: Instant::now() };
+        carry_out(plan, place, candidates, onlooker)?
+    };
     let mut failure = summary.failure();
     let mut sheet = None;
     if place.shard.is_whole() && !summary.interrupted {
@@ -85,6 +81,87 @@ pub fn render(
     }
     let text = line(&summary, place, sheet.as_deref());
     Ok(Report { text, json: describe(&summary, place, sheet.as_deref()), failure })
+}
+
+/// Someone at a console, who sees bars, a line for each picture, and warnings, and may press Ctrl-C.
+struct Onlooker<'a, 'b> {
+    console: &'a mut Console<'b>,
+    board: Option<Board>,
+    /// Whether it was said which device renders.
+    announced: bool,
+    /// When something was last said of the picture in the works.
+    told: Instant,
+}
+
+/// How often a picture in the works is told of where no bar shows it.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+impl Onlooker<'_, '_> {
+    /// Writes a line without tearing the bars.
+    fn say(&mut self, message: impl std::fmt::Display) {
+        let console = &mut *self.console;
+        match &self.board {
+            Some(board) => board.aside(|| console.say(message)),
+            None => console.say(message),
+        }
+    }
+
+    fn heed(&self) -> ControlFlow<()> {
+        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+impl Watch for Onlooker<'_, '_> {
+    fn chosen(&mut self, choice: &Choice) {
+        if !std::mem::replace(&mut self.announced, true) {
+            self.say(&choice.reason);
+        }
+    }
+
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        if let Some(board) = &self.board {
+            board.set(progress.done, progress.total);
+            if !board.is_visible() && self.told.elapsed() > PATIENCE {
+                self.told = Instant::now();
+                let share = 100.0 * progress.done as f64 / progress.total.max(1) as f64;
+                let place = board.current();
+                self.say(format_args!("{place} {share:.0} %"));
+            }
+        }
+        self.heed()
+    }
+
+    fn warning(&mut self, message: &str) {
+        self.say(format_args!("warning: {message}"));
+    }
+}
+
+impl Observer for Onlooker<'_, '_> {
+    fn planned(&mut self, items: usize, kept: usize) {
+        if kept > 0 {
+            self.say(format_args!("{kept} of {items} pictures are there already"));
+        }
+        self.board = Some(Board::new(items as u64, kept as u64, self.console.quiet));
+    }
+
+    fn begin(&mut self, item: &str) -> ControlFlow<()> {
+        self.board.iter().for_each(|board| board.begin(item));
+        self.told = Instant::now();
+        self.heed()
+    }
+
+    fn end(&mut self, item: &str, outcome: Result<&Done, &Error>) {
+        let told = match outcome {
+            Ok(done) => {
+                let dropped = done.energy.get("dropped").and_then(Value::as_f64).unwrap_or(0.0);
+                let time = seconds(Duration::from_secs_f64(done.seconds.total));
+                format!("{time}, {} of the energy dropped", percent(dropped))
+            }
+            Err(error) => format!("failed: {error}"),
+        };
+        let place = self.board.as_ref().map_or(String::new(), Board::end);
+        self.say(format_args!("{place} {item}: {told}"));
+    }
 }
 
 fn write_sheet(folder: &Path) -> Result<PathBuf, Error> {

@@ -11,12 +11,12 @@ mod page;
 mod scene;
 mod table;
 
-use super::render::parse_size;
-use super::{Console, Report, devices};
-use crate::{Error, output};
+use super::{Console, Report};
+use crate::arguments::parse_size;
+use gemtrace::{Error, output};
 use entrant::{Entrant, entrants};
 use measurement::{Measurement, measure};
-use scene::{BUILTIN, Override, Subject};
+use scene::{BUILTIN, Subject};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -96,7 +96,7 @@ fn race(args: &Args, entrants: &[Entrant], console: &mut Console) -> Result<Vec<
         [] => BUILTIN.iter().map(|b| b.name.to_owned()).collect(),
         names => names.to_vec(),
     };
-    let change = Override { size: args.size, samples: args.samples };
+    let change = Override { size: args.size, samples: args.samples, ..Override::default() };
     let subjects: Vec<Subject> =
         names.iter().map(|name| Subject::new(name, change, console)).collect::<Result<_, _>>()?;
     let mut heats = Vec::new();
@@ -164,7 +164,7 @@ fn list(entrants: &[Entrant]) -> Report {
         "scenes": BUILTIN.iter().map(|b| json!({ "name": b.name, "about": b.about })).collect::<Vec<_>>(),
         "devices": entrants.iter().map(|e| json!({
             "label": e.label,
-            "device": devices::describe(&e.device),
+            "device": output::device(&e.device),
             "software": e.is_software(),
             "held": e.held,
         })).collect::<Vec<_>>(),

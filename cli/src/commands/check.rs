@@ -1,7 +1,7 @@
 //! `gemtrace check`.
 
 use super::{Console, Report};
-use crate::{Error, scene_file};
+use gemtrace::{Error, scene_file};
 use serde_json::{Value, json};
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
@@ -32,7 +32,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         "scene": args.scene.display().to_string(),
         "hash": loaded.hash,
         "files": loaded.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
-        "settings": crate::output::settings(&scene),
+        "settings": gemtrace::output::settings(&scene),
         "stones": stones,
         "film_bytes": film_bytes(&scene),
         "warnings": warnings,

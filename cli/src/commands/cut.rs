@@ -3,7 +3,7 @@
 mod tier;
 
 use super::{Console, Report, table};
-use crate::{Error, import, output};
+use gemtrace::{Error, import, output};
 use serde_json::{Value, json};
 use spectral_core::Warning;
 use spectral_core::cut::{Cut, Proportions};

@@ -1,7 +1,7 @@
 //! `gemtrace devices`.
 
 use super::{Report, table};
-use crate::registry;
+use gemtrace::{output, registry};
 use serde_json::{Value, json};
 use spectral_core::tracer::{Backend, DeviceInfo, Unusable};
 
@@ -30,7 +30,7 @@ pub fn list(backends: &[Backend]) -> Report {
         json.push(json!({
             "backend": backend.name,
             "about": backend.about,
-            "devices": devices.iter().map(describe).collect::<Vec<_>>(),
+            "devices": devices.iter().map(output::device).collect::<Vec<_>>(),
             "unusable": unusable.iter().map(describe_unusable).collect::<Vec<_>>(),
         }));
     }
@@ -61,19 +61,6 @@ fn memory(bytes: u64) -> String {
 
 fn kind(device: &DeviceInfo) -> &'static str {
     if device.hardware { "hardware" } else { "software" }
-}
-
-/// A device for scripts; its memory, bytes, is null where nobody tells.
-pub fn describe(device: &DeviceInfo) -> Value {
-    json!({
-        "backend": device.backend,
-        "index": device.index,
-        "name": device.name,
-        "driver": device.driver,
-        "memory": (device.memory > 0).then_some(device.memory),
-        "intersection": device.intersection,
-        "hardware": device.hardware,
-    })
 }
 
 fn describe_unusable(unusable: &Unusable) -> Value {

@@ -5,8 +5,8 @@ mod swatch;
 
 use super::still::Means;
 use super::{Console, Report, table};
-use crate::plot::{Line, Panel, svg};
-use crate::{Error, output};
+use gemtrace::plot::{Line, Panel, svg};
+use gemtrace::{Error, output};
 use appearance::Appearance;
 use serde_json::{Value, json};
 use spectral_core::dispersion::{Dispersion, fraunhofer};

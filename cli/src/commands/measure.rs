@@ -9,8 +9,8 @@ mod table;
 mod tilt;
 
 use super::{Console, Report};
-use crate::measure::{Conditions, Hinge, Measurement, Position, sodium};
-use crate::{Error, output, registry};
+use gemtrace::measure::{Conditions, Hinge, Measurement, Position, sodium};
+use gemtrace::{Error, output, registry};
 use spectral_core::environment::Pattern;
 use spectral_core::settings::Leftover;
 use spectral_core::tracer::OpenOptions;

@@ -1,8 +1,8 @@
 //! `gemtrace merge`.
 
 use super::{Console, Report};
-use crate::batch::{Plan, merge};
-use crate::{Error, share};
+use gemtrace::batch::{Plan, merge};
+use gemtrace::{Error, share};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 

@@ -2,13 +2,13 @@
 
 use super::still::{Means, Studio};
 use super::{Console, Report, batch};
-use crate::batch::{Item, Pictures, Place, Plan, Portion, plain};
-use crate::output::{Format, animation};
-use crate::scene_file::{self, Draft};
-use crate::sequence::Motion;
-use crate::{Error, output, registry};
-use serde_json::{Map, json};
-use std::path::{Path, PathBuf};
+use gemtrace::batch::{Pictures, Place, Portion};
+use gemtrace::output::{Format, animation};
+use gemtrace::scene_file::{self, Draft};
+use gemtrace::sequence::Motion;
+use gemtrace::{Error, output};
+use serde_json::json;
+use std::path::PathBuf;
 
 /// What turntables and tilts have in common.
 #[derive(Debug, Clone, clap::Args)]
@@ -78,7 +78,7 @@ pub fn turntable(args: &TurntableArgs, console: &mut Console) -> Result<Report, 
 /// # Errors
 /// [`Error`] of the scene or the outputs, before the first ray. Frames that failed, an interruption and an animation that
 /// could not be written are told in the report's `failure`; what was rendered is there, and the same command goes on from
-/// it (see [`crate::batch`]).
+/// it (see [`gemtrace::batch`]).
 pub fn tilt(args: &TiltArgs, console: &mut Console) -> Result<Report, Error> {
     let [from, to] = args.range;
     run(&args.frames, Motion::Tilt { from, to }, console)
@@ -86,7 +86,7 @@ pub fn tilt(args: &TiltArgs, console: &mut Console) -> Result<Report, Error> {
 
 fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, Error> {
     let shard = args.shard.resolve()?;
-    let candidates = registry::choose(&args.means.backend, args.means.device)?;
+    let candidates = args.means.rendering.candidates()?;
     // As it stands: its faults have the file's lines, those of a frame have none.
     let mut first = scene_file::load(&args.scene)?;
     first.warnings.iter().for_each(|warning| console.warn(warning));
@@ -95,8 +95,11 @@ fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, E
     let draft = Draft::read(&args.scene)?;
     let folder = args.output.clone().unwrap_or_else(|| format!("{}-{}", draft.stem(), motion.name()).into());
     args.apng.iter().chain(&args.mp4).try_for_each(|path| output::check(path))?;
-    let plan = plan(args, motion, &draft)?;
-    let place = Place { output: folder.clone(), shard, threads: args.means.threads.map(|n| n as usize) };
+    let mut pictures = Pictures { exposure: args.means.exposure, ..Pictures::default() };
+    pictures.formats.extend(args.exr.then_some(Format::Exr));
+    let rendering = &args.means.rendering;
+    let plan = motion.plan(&draft, args.frames, pictures)?.with(rendering.overrides());
+    let place = Place { output: folder.clone(), shard, threads: rendering.options().threads };
     let mut report = batch::render(&plan, &place, candidates, console)?;
     let pngs: Vec<PathBuf> =
         plan.items().iter().map(|item| folder.join(format!("{}.png", item.name))).collect();
@@ -115,24 +118,6 @@ fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, E
     report.json["frames"] = json!(names);
     report.json["angles"] = json!(angles);
     Ok(report)
-}
-
-/// The frames as pictures of a batch.
-fn plan(args: &Frames, motion: Motion, draft: &Draft) -> Result<Plan, Error> {
-    let stem = plain(&draft.stem());
-    let item = |i| Item {
-        name: motion.frame_name(&stem, i, args.frames),
-        values: Map::from_iter([("angle".to_owned(), json!(motion.angle(i, args.frames)))]),
-        scene: motion.frame(draft, i, args.frames).table,
-    };
-    let mut pictures = Pictures { exposure: args.means.exposure, ..Pictures::default() };
-    if args.exr {
-        pictures.formats.push(Format::Exr);
-    }
-    let folder = draft.path.parent().unwrap_or(Path::new("")).to_owned();
-    let title = format!("{} of {}", motion.name(), draft.name());
-    let plan = Plan::new(title, folder, (0..args.frames).map(item).collect(), pictures)?;
-    plan.with_film(args.means.size, &args.means.effort)
 }
 
 /// Makes the animations that were asked for.

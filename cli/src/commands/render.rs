@@ -3,22 +3,22 @@
 mod outcome;
 
 use super::{Console, Report};
-use crate::Error;
-use crate::batch::{Portion, Shard};
-use crate::effort::Effort;
-use crate::output::part::Work;
-use crate::output::{self, Depth, Format, Picture, Provenance, Target, Written};
+use crate::arguments::{Rendering, parse_stops};
+use gemtrace::Error;
+use gemtrace::batch::{Portion, Shard};
+use gemtrace::output::part::Work;
+use gemtrace::output::{self, Depth, Format, Picture, Provenance, Target, Written};
 use crate::progress::Bar;
-use crate::registry::{self, Candidates, Choice};
-use crate::rendering::{self, Rendered, Watch};
-use crate::scene_file::{self, LoadedScene};
-use crate::share::{self, Share};
+use gemtrace::registry::{self, Candidates, Choice};
+use gemtrace::rendering::{self, Rendered, Watch};
+use gemtrace::scene_file::{self, LoadedScene};
+use gemtrace::share::{self, Share};
 use outcome::Outcome;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
-use spectral_core::tracer::{Backend, OpenOptions, Progress};
+use spectral_core::tracer::{Backend, Progress};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,21 +33,9 @@ pub struct Args {
     /// [default: the scene's name with .png and .exr, in the current folder].
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
-    /// What renders: auto, or a name that `gemtrace devices` lists.
-    #[arg(long, value_name = "NAME", default_value = registry::AUTO)]
-    pub backend: String,
-    /// Which of the backend's devices, counted from 0.
-    #[arg(long, value_name = "N")]
-    pub device: Option<usize>,
-    /// How much work it is worth.
     #[command(flatten)]
-    pub effort: Effort,
-    /// Picture size in pixels, in place of the scene's.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<[u32; 2]>,
-    /// Worker threads [default: one a core]; the picture is the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub threads: Option<u32>,
+    #[allow(missing_docs, reason = "clap would print it as the command's own description")]
+    pub rendering: Rendering,
     /// Colour space of the EXR, and of the PNG up to Rec. 2020: srgb, p3, rec2020, acescg or xyz.
     #[arg(long, value_name = "SPACE", default_value = "srgb", value_parser = parse_space)]
     pub space: RgbSpace,
@@ -82,11 +70,11 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     let start = Instant::now();
     let shard = args.shard.map_or(Ok(Shard::WHOLE), Portion::resolve)?;
     let targets = targets(args)?;
-    registry::known(backends, &args.backend)?;
+    registry::known(backends, &args.rendering.backend)?;
     let mut loaded = load(args)?;
     targets.iter().try_for_each(Target::check)?;
     let scene = Arc::new(prepare(args, &loaded)?);
-    let candidates = registry::choose_for(&scene, backends, &args.backend, args.device)?;
+    let candidates = registry::choose_for(&scene, backends, &args.rendering.backend, args.rendering.device)?;
     // Prepared, it is not needed any more, and meshes are large.
     loaded.scene.stones = Vec::new();
     let mut warnings: Vec<String> =
@@ -126,18 +114,14 @@ fn targets(args: &Args) -> Result<Vec<Target>, Error> {
 
 fn load(args: &Args) -> Result<LoadedScene, Error> {
     let mut loaded = scene_file::load(&args.scene)?;
-    if let Some([width, height]) = args.size {
-        (loaded.scene.width, loaded.scene.height) = (width, height);
-    }
-    loaded.settings = args.effort.over(&loaded.settings);
+    args.rendering.overrides().apply(&mut loaded);
     Ok(loaded)
 }
 
 /// Prepares a scene; what is wrong with it is the scene file's fault unless the command line changed it.
 fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-        let changed = args.size.is_some() || args.effort.is_given();
-        if changed { Error::Core(error) } else { Error::file(&args.scene, error) }
+        if args.rendering.overrides().is_given() { Error::Core(error) } else { Error::file(&args.scene, error) }
     })
 }
 
@@ -164,7 +148,7 @@ impl Watch for Onlooker<'_, '_> {
         if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn replaced(&mut self, message: &str) {
+    fn warning(&mut self, message: &str) {
         self.console.warn(message);
         self.warnings.push(message.to_owned());
     }
@@ -178,11 +162,10 @@ fn trace(
     console: &mut Console,
     warnings: &mut Vec<String>,
 ) -> Rendered {
-    let options = OpenOptions { threads: args.threads.map(|n| n as usize), ..OpenOptions::default() };
     let total = u64::from(scene.width) * u64::from(scene.height) * u64::from(scene.settings.samples);
     let bar = Bar::new(total, console.quiet);
-    let auto = args.backend == registry::AUTO;
-    rendering::render(candidates, scene, film, &options, &mut Onlooker { console, bar, warnings, auto })
+    let auto = args.rendering.backend == registry::AUTO;
+    rendering::render(candidates, scene, film, &args.rendering.options(), &mut Onlooker { console, bar, warnings, auto })
 }
 
 fn has_samples(film: &Film) -> bool {
@@ -228,22 +211,8 @@ fn space_remarks(space: RgbSpace, targets: &[Target]) -> impl Iterator<Item = St
     pngs.map(move |t| format!("{} is in sRGB: {} is for EXR only", t.path().display(), space.name()))
 }
 
-/// A picture's size from "800x600".
-pub(super) fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parts: Vec<_> = text.split(['x', 'X', '×']).map(|part| part.trim().parse::<u32>()).collect();
-    match parts.as_slice() {
-        [Ok(width), Ok(height)] if *width > 0 && *height > 0 => Ok([*width, *height]),
-        _ => Err("give width and height in pixels, such as 800x600".to_owned()),
-    }
-}
-
 fn parse_space(name: &str) -> Result<RgbSpace, String> {
     RgbSpace::by_name(name).map_err(|e| e.to_string())
-}
-
-pub(super) fn parse_stops(text: &str) -> Result<f64, String> {
-    let stops = text.parse::<f64>().ok().filter(|stops| stops.abs() <= 64.0);
-    stops.ok_or_else(|| "give a number of stops from -64 to 64".to_owned())
 }
 
 fn parse_depth(text: &str) -> Result<Depth, String> {
@@ -251,19 +220,5 @@ fn parse_depth(text: &str) -> Result<Depth, String> {
         "8" => Ok(Depth::Eight),
         "16" => Ok(Depth::Sixteen),
         _ => Err("a PNG has 8 or 16 bits a channel".to_owned()),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn sizes_are_width_times_height() {
-        assert_eq!(parse_size("800x600"), Ok([800, 600]));
-        assert_eq!(parse_size("8 × 6"), Ok([8, 6]));
-        for bad in ["800", "0x600", "x", "800x600x2", "-1x5", "99999999999x1"] {
-            assert!(parse_size(bad).is_err(), "{bad}");
-        }
     }
 }

@@ -1,11 +1,11 @@
 //! `gemtrace sheet`: one scene in several sizes, as one picture.
 
-use super::figure::seconds;
 use super::still::{self, Means, Studio};
 use super::{Console, Report};
-use crate::scene_file::{self, Draft};
-use crate::sheet::{Cell, Sheet};
-use crate::{Error, output};
+use gemtrace::scene_file::{self, Draft};
+use gemtrace::quantity::seconds;
+use gemtrace::sheet::{Cell, Sheet};
+use gemtrace::{Error, output};
 use clap::Subcommand;
 use serde_json::json;
 use std::path::PathBuf;

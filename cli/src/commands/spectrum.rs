@@ -3,8 +3,8 @@
 mod batch;
 
 use super::{Report, table};
-use crate::plot::{Line, Panel, svg};
-use crate::{Error, output};
+use gemtrace::plot::{Line, Panel, svg};
+use gemtrace::{Error, output};
 use serde_json::json;
 use spectral_core::cie::Illuminant;
 use spectral_core::color::Response;

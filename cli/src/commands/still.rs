@@ -1,40 +1,28 @@
 //! Many pictures with the same means: what sheets are made of.
 
-use super::{Console, render};
-use crate::Error;
-use crate::effort::Effort;
-use crate::output;
+use super::Console;
+use crate::arguments::{Rendering, parse_stops};
+use gemtrace::Error;
+use gemtrace::output;
 use crate::progress::Bar;
-use crate::registry::{self, Candidates, Choice};
-use crate::rendering::{self, Watch};
-use crate::scene_file::LoadedScene;
+use gemtrace::registry::{self, Candidates, Choice};
+use gemtrace::rendering::{self, Watch};
+use gemtrace::scene_file::LoadedScene;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
-use spectral_core::tracer::{OpenOptions, Progress};
+use spectral_core::tracer::Progress;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
 /// What all pictures of a sequence or a sheet are taken with.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Means {
-    /// What renders: auto, or a name that `gemtrace devices` lists.
-    #[arg(long, value_name = "NAME", default_value = registry::AUTO)]
-    pub backend: String,
-    /// Which of the backend's devices, counted from 0.
-    #[arg(long, value_name = "N")]
-    pub device: Option<usize>,
-    /// How much work each is worth.
     #[command(flatten)]
-    pub effort: Effort,
-    /// Size of each picture in pixels, in place of the scene's.
-    #[arg(long, value_name = "WxH", value_parser = render::parse_size)]
-    pub size: Option<[u32; 2]>,
-    /// Worker threads [default: one a core]; the pictures are the same for any number.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
-    pub threads: Option<u32>,
+    #[allow(missing_docs, reason = "clap would print it as the command's own description")]
+    pub rendering: Rendering,
     /// Brighten what is shown by this many stops, the same for all pictures; EXRs keep the scene's own values.
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = render::parse_stops)]
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
 }
 
@@ -61,7 +49,7 @@ impl<'a> Studio<'a> {
     /// # Errors
     /// As [`registry::choose`].
     pub fn new(means: &'a Means) -> Result<Self, Error> {
-        let rest = registry::choose(&means.backend, means.device)?;
+        let rest = means.rendering.candidates()?;
         Ok(Studio { means, current: None, rest, announced: false })
     }
 
@@ -70,10 +58,7 @@ impl<'a> Studio<'a> {
     /// # Errors
     /// [`Error::Core`] for what cannot be rendered.
     pub fn prepare(&self, loaded: &mut LoadedScene) -> Result<PreparedScene, Error> {
-        if let Some([width, height]) = self.means.size {
-            (loaded.scene.width, loaded.scene.height) = (width, height);
-        }
-        loaded.settings = self.means.effort.over(&loaded.settings);
+        self.means.rendering.overrides().apply(loaded);
         Ok(PreparedScene::new(&loaded.scene, &loaded.settings)?)
     }
 
@@ -91,9 +76,8 @@ impl<'a> Studio<'a> {
         let scene = Arc::new(self.prepare(&mut loaded)?);
         loaded.scene.stones = Vec::new();
         let mut film = Film::new(&scene);
-        let options =
-            OpenOptions { threads: self.means.threads.map(|n| n as usize), ..OpenOptions::default() };
-        let tell = self.means.backend == registry::AUTO && !self.announced;
+        let options = self.means.rendering.options();
+        let tell = self.means.rendering.backend == registry::AUTO && !self.announced;
         self.announced = true;
         let mut onlooker = Onlooker { console, bar, before, tell, choice: None };
         let candidates = self.current.take().into_iter().chain(&mut self.rest);
@@ -146,7 +130,7 @@ impl Watch for Onlooker<'_, '_> {
         if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn replaced(&mut self, message: &str) {
+    fn warning(&mut self, message: &str) {
         self.console.warn(message);
     }
 }

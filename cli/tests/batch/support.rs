@@ -2,8 +2,9 @@
 
 use clap::Parser as _;
 use gemtrace::batch::manifest::{self, Done, Line};
-use gemtrace::commands::{Cli, Console, Report, run};
-use gemtrace::{Error, progress::Interrupt};
+use gemtrace_cli::commands::{Cli, Console, Report, run};
+use gemtrace::Error;
+use gemtrace_cli::progress::Interrupt;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;

@@ -3,8 +3,10 @@
 use super::support::{Workplace, pictures};
 use backend_cpu::CPU;
 use gemtrace::batch::manifest::Line;
-use gemtrace::batch::{self, Place, Shard, Summary, sweep};
-use gemtrace::{commands::Console, progress::Interrupt, registry};
+use gemtrace::batch::{Place, Shard, sweep};
+use gemtrace::registry;
+use gemtrace_cli::commands::{Console, Report, batch};
+use gemtrace_cli::progress::Interrupt;
 use spectral_core::tracer::{Backend, DeviceInfo};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -144,20 +146,20 @@ const CARD: Backend = Backend {
 fn a_named_device_is_asked_again_for_every_picture() {
     let place = Workplace::new();
     let plan = sweep::load(&place.path("sweep.toml")).unwrap();
-    let run = |name: &str| -> (Summary, String) {
+    let run = |name: &str| -> (Report, String) {
         let candidates = registry::choose_among(&[CPU, CARD], name, None).unwrap();
         let (mut log, interrupt) = (Vec::new(), Interrupt::default());
         let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
         let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
-        let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
-        (summary, String::from_utf8(log).unwrap())
+        let report = batch::render(&plan, &there, candidates, &mut console).unwrap();
+        (report, String::from_utf8(log).unwrap())
     };
-    let (summary, log) = run("card");
-    assert_eq!((summary.rendered, summary.failed.len()), (5, 7), "{log}");
-    assert_eq!(summary.failed[0].1.to_string(), "card card: the device was lost");
+    let (Report { json, .. }, log) = run("card");
+    assert_eq!((&json["rendered"], json["failed"].as_array().unwrap().len()), (&5.into(), 7), "{log}");
+    assert_eq!(json["failed"][0]["message"], "card card: the device was lost");
     assert!(log.contains("[3/12] round-brilliant-ruby-top: failed: card card: the device was lost"), "{log}");
-    let (summary, _) = run("cpu");
-    assert_eq!((summary.rendered, summary.kept, summary.failure()), (7, 5, None));
+    let (Report { json, failure, .. }, _) = run("cpu");
+    assert_eq!((&json["rendered"], &json["kept"], failure), (&7.into(), &5.into(), None));
 }
 
 #[test]
@@ -169,6 +171,6 @@ fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
     interrupt.request();
     let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
     let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
-    let summary = batch::run(&plan, &there, candidates, &mut console).unwrap();
-    assert_eq!((summary.rendered, summary.failure()), (0, Some(gemtrace::Error::Interrupted)));
+    let report = batch::render(&plan, &there, candidates, &mut console).unwrap();
+    assert_eq!((&report.json["rendered"], report.failure), (&0.into(), Some(gemtrace::Error::Interrupted)));
 }

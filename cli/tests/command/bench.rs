@@ -2,7 +2,8 @@
 
 use super::support::{Workplace, command, command_with};
 use base64::Engine as _;
-use gemtrace::{Error, progress::Interrupt};
+use gemtrace::Error;
+use gemtrace_cli::progress::Interrupt;
 use serde_json::Value;
 use std::time::Duration;
 

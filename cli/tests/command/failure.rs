@@ -4,8 +4,9 @@ use super::read::{Exr, Png};
 use super::support::{SCENE, Workplace};
 use backend_cpu::CPU;
 use clap::Parser as _;
-use gemtrace::commands::{Cli, Command, Console, render};
-use gemtrace::{Error, progress::Interrupt};
+use gemtrace_cli::commands::{Cli, Command, Console, render};
+use gemtrace::Error;
+use gemtrace_cli::progress::Interrupt;
 use spectral_core::film::Film;
 use spectral_core::tracer::{Backend, DeviceInfo, Progress, TraceFailure, TraceReport, Tracer};
 use std::ops::{ControlFlow, Range};
@@ -87,7 +88,7 @@ fn a_link_stays_a_link_and_its_file_is_replaced() {
 }
 
 /// Renders far too many samples and asks to stop after `wait`.
-fn stopped(place: &Workplace, wait: Duration) -> (Result<gemtrace::commands::Report, Error>, Duration) {
+fn stopped(place: &Workplace, wait: Duration) -> (Result<gemtrace_cli::commands::Report, Error>, Duration) {
     let interrupt = Interrupt::default();
     let asked = std::thread::scope(|scope| {
         let asker = scope.spawn(|| {

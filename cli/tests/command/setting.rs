@@ -2,13 +2,11 @@
 
 use super::read::Png;
 use super::support::{SCENE, Workplace};
-use gemtrace::registry::{self, Choice};
-use gemtrace::rendering::{self, Watch};
+use gemtrace::{registry, rendering};
 use gemtrace::scene_file::{self, LoadedScene};
 use spectral_core::film::Film;
 use spectral_core::prepare::{Geometry, PreparedScene};
-use spectral_core::tracer::{OpenOptions, Progress};
-use std::ops::ControlFlow;
+use spectral_core::tracer::OpenOptions;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -32,16 +30,6 @@ wavelengths = [450.0, 550.0, 650.0]
 spectral = true
 ";
 
-struct Nobody;
-
-impl Watch for Nobody {
-    fn chosen(&mut self, _: &Choice) {}
-    fn progress(&mut self, _: Progress) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-    fn replaced(&mut self, _: &str) {}
-}
-
 fn load(text: &str) -> LoadedScene {
     load_from(text, Path::new("."))
 }
@@ -62,7 +50,7 @@ fn film(loaded: &LoadedScene, backend: &str) -> Film {
     let scene = prepare(loaded);
     let mut film = Film::new(&scene);
     let candidates = registry::choose(backend, None).unwrap();
-    let rendered = rendering::render(candidates, &scene, &mut film, &OpenOptions::default(), &mut Nobody);
+    let rendered = rendering::render(candidates, &scene, &mut film, &OpenOptions::default(), &mut ());
     assert!(rendered.traced.finished, "{:?}", rendered.failure);
     film
 }

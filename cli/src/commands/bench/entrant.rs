@@ -1,6 +1,6 @@
 //! What takes part: every device, and every form of intersection that it offers.
 
-use crate::{Error, registry};
+use gemtrace::{Error, registry};
 use backend_vulkan::{Intersection, VULKAN};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::tracer::{Backend, DeviceInfo};

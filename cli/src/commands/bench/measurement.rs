@@ -282,9 +282,10 @@ fn compare_speeds(measurements: &mut [Measurement]) {
 #[cfg(test)]
 mod tests {
     use super::super::entrant::entrants;
-    use super::super::scene::{Override, Subject};
+    use super::super::scene::Subject;
     use super::*;
     use crate::commands::Console;
+    use gemtrace::scene_file::Override;
     use spectral_core::Error;
     use spectral_core::tracer::Backend;
 
@@ -302,7 +303,7 @@ mod tests {
     }
 
     fn brilliant(interrupt: &Interrupt) -> Arc<PreparedScene> {
-        let change = Override { size: Some([12, 12]), samples: Some(1) };
+        let change = Override { size: Some([12, 12]), samples: Some(1), ..Override::default() };
         let mut console = Console { log: &mut std::io::sink(), quiet: true, interrupt };
         Subject::new("brilliant", change, &mut console).unwrap().prepared
     }

@@ -1,7 +1,8 @@
 //! The scenes that are measured: those of the program, and files.
 
-use crate::scene_file::{self, LoadedScene};
-use crate::{Error, commands::Console};
+use gemtrace::scene_file::{self, LoadedScene, Override};
+use crate::commands::Console;
+use gemtrace::Error;
 use glam::DVec3;
 use spectral_core::material::Catalogue;
 use spectral_core::mesh::{Mesh, MeshOptions};
@@ -44,15 +45,6 @@ pub const BUILTIN: [Builtin; 4] = [
 
 const TORUS: &str = "torus";
 
-/// What the command line changes about every scene.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Override {
-    /// Columns and rows.
-    pub size: Option<[u32; 2]>,
-    /// Samples a pixel.
-    pub samples: Option<u32>,
-}
-
 /// A scene that can be measured.
 pub struct Subject {
     /// As the command line names it.
@@ -66,15 +58,9 @@ impl Subject {
     /// Reads and prepares one of [`BUILTIN`] or a scene file; remarks go to the console.
     pub fn new(name: &str, change: Override, console: &mut Console) -> Result<Self, Error> {
         let mut loaded = load(name)?;
-        if let Some([width, height]) = change.size {
-            (loaded.scene.width, loaded.scene.height) = (width, height);
-        }
-        if let Some(samples) = change.samples {
-            loaded.settings = loaded.settings.with_samples(samples);
-        }
+        change.apply(&mut loaded);
         let prepared = PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-            let changed = change.size.is_some() || change.samples.is_some();
-            if changed { Error::Core(error) } else { Error::file(name, error) }
+            if change.is_given() { Error::Core(error) } else { Error::file(name, error) }
         })?;
         for warning in loaded.warnings.iter().chain(&prepared.warnings) {
             console.warn(format_args!("{name}: {warning}"));

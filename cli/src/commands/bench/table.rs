@@ -2,9 +2,9 @@
 
 use super::Heat;
 use super::measurement::{Measurement, Run, Spread};
-use crate::commands::figure::{count, measured, percent, significant};
+use gemtrace::quantity::{count, measured, percent, significant};
 use crate::commands::{devices, table};
-use crate::output;
+use gemtrace::output;
 use serde_json::{Value, json};
 use spectral_core::film::Agreement;
 

@@ -1,6 +1,6 @@
 //! The colour of a piece of a material.
 
-use crate::Error;
+use gemtrace::Error;
 use spectral_core::cie::Illuminant;
 use spectral_core::color::{Response, srgb_encode};
 use spectral_core::fresnel::conductor;

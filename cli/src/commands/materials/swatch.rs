@@ -2,9 +2,9 @@
 
 use crate::commands::Console;
 use crate::commands::still::{self, Means, Studio};
-use crate::scene_file::LoadedScene;
-use crate::sheet::{Cell, Sheet};
-use crate::{Error, output};
+use gemtrace::scene_file::LoadedScene;
+use gemtrace::sheet::{Cell, Sheet};
+use gemtrace::{Error, output};
 use spectral_core::material::{Catalogue, Material};
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::{Background, Scene, Stone};

@@ -1,8 +1,8 @@
 //! What is measured: the one stone of a scene, or a cut or a mesh with a material.
 
 use super::Args;
-use crate::measure::{Conditions, sodium};
-use crate::{Error, import, scene_file};
+use gemtrace::measure::{Conditions, sodium};
+use gemtrace::{Error, import, scene_file};
 use spectral_core::Warning;
 use spectral_core::absorption::Absorption;
 use spectral_core::camera::Projection;

@@ -2,8 +2,8 @@
 
 use super::subject::Subject;
 use crate::commands::table::columns;
-use crate::measure::{Conditions, Figures, Hinge, Position};
-use crate::plot::{Line, Panel, svg_over};
+use gemtrace::measure::{Conditions, Figures, Hinge, Position};
+use gemtrace::plot::{Line, Panel, svg_over};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
 use spectral_core::settings::Leftover;

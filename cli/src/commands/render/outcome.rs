@@ -1,10 +1,10 @@
 //! What is told of a finished render.
 
-use super::super::figure::{count, percent, seconds};
-use super::super::{Report, devices};
-use crate::Error;
-use crate::output::Written;
-use crate::rendering::Rendered;
+use super::super::Report;
+use gemtrace::Error;
+use gemtrace::output::{self, Written};
+use gemtrace::quantity::{count, percent, seconds};
+use gemtrace::rendering::Rendered;
 use serde_json::{Value, json};
 use spectral_core::prepare::PreparedScene;
 use std::sync::Arc;
@@ -80,16 +80,16 @@ impl Outcome {
             "outputs": outputs,
             "partial": !self.rendered.traced.finished,
             "rays": self.rendered.traced.rays,
-            "energy": crate::output::energy(&self.rendered.traced.energy),
+            "energy": output::energy(&self.rendered.traced.energy),
             "seconds": {
                 "total": self.elapsed.as_secs_f64(),
                 "build": self.rendered.traced.build.as_secs_f64(),
                 "trace": self.rendered.traced.trace.as_secs_f64(),
             },
             "choice": self.rendered.reason,
-            "device": self.rendered.devices.last().map(devices::describe),
-            "devices": self.rendered.devices.iter().map(devices::describe).collect::<Vec<_>>(),
-            "settings": crate::output::settings(&self.scene),
+            "device": self.rendered.devices.last().map(output::device),
+            "devices": self.rendered.devices.iter().map(output::device).collect::<Vec<_>>(),
+            "settings": output::settings(&self.scene),
             "warnings": self.warnings,
         })
     }

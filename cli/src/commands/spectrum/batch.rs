@@ -1,7 +1,7 @@
 //! Many colours at once, for comparisons with other ways from a colour to a spectrum.
 
 use crate::commands::{Report, table};
-use crate::{Error, import};
+use gemtrace::{Error, import};
 use serde_json::json;
 use spectral_core::color::Response;
 use spectral_core::upsample::{Refinement, Stop, refine_smits};

@@ -1,4 +1,4 @@
-//! Figures as people read them.
+//! Quantities as people read them: counts, shares, times.
 
 use std::time::Duration;
 

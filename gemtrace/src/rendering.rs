@@ -16,17 +16,29 @@ use std::sync::Arc;
 /// The samples at which a picture is first judged; nine is the fewest that any part of it gets.
 const LEAST: u32 = 3;
 
-/// Someone who follows a render.
+/// Someone who follows a render. Every method may be left out; `()` leaves out all, and a closure that takes a
+/// [`Progress`] is a watcher, too.
+#[allow(unused_variables, reason = "names of arguments are documentation")]
 pub trait Watch {
     /// A device is about to be opened.
-    fn chosen(&mut self, choice: &Choice);
+    fn chosen(&mut self, choice: &Choice) {}
 
     /// Pixel samples done, of the whole film; there will be fewer in all where parts of it settle. A break stops the
     /// render.
-    fn progress(&mut self, progress: Progress) -> ControlFlow<()>;
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
 
-    /// A device has failed, and another takes its place; one line.
-    fn replaced(&mut self, message: &str);
+    /// Something went wrong that does not stop the work, such as a device that failed and was replaced; one line.
+    fn warning(&mut self, message: &str) {}
+}
+
+impl Watch for () {}
+
+impl<F: FnMut(Progress) -> ControlFlow<()>> Watch for F {
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        self(progress)
+    }
 }
 
 /// What became of a render.
@@ -46,22 +58,13 @@ pub struct Rendered {
 /// coarser, and that parts of it whose samples agree are left alone from then on, if the settings say so. The first of `candidates` begins; where one fails, the next carries on from what is in the film.
 ///
 /// ```
-/// use gemtrace::{registry, rendering::{self, Watch}};
-/// use spectral_core::{film::Film, tracer::{OpenOptions, Progress}};
-/// use std::ops::ControlFlow;
-///
-/// struct Nobody;
-/// impl Watch for Nobody {
-///     fn chosen(&mut self, _: &registry::Choice) {}
-///     fn progress(&mut self, _: Progress) -> ControlFlow<()> { ControlFlow::Continue(()) }
-///     fn replaced(&mut self, _: &str) {}
-/// }
+/// use gemtrace::{registry, rendering};
+/// use spectral_core::{film::Film, tracer::OpenOptions};
 ///
 /// let [subject, _] = spectral_core::probe::subjects()?;
 /// let mut film = Film::new(&subject.scene);
 /// let candidates = registry::choose("cpu", None)?;
-/// let rendered =
-///     rendering::render(candidates, &subject.scene, &mut film, &OpenOptions::default(), &mut Nobody);
+/// let rendered = rendering::render(candidates, &subject.scene, &mut film, &OpenOptions::default(), &mut ());
 /// assert!(rendered.traced.finished && rendered.devices[0].backend == "cpu");
 /// # Ok::<(), gemtrace::Error>(())
 /// ```
@@ -75,7 +78,7 @@ pub fn render(
     let mut rendered = Rendered::default();
     for choice in candidates {
         if let Some(error) = rendered.failure.take() {
-            watch.replaced(&format!("{error}; {} carries on", label(&choice.backend, &choice.device)));
+            watch.warning(&format!("{error}; {} carries on", label(&choice.backend, &choice.device)));
         }
         watch.chosen(&choice);
         rendered.reason.clone_from(&choice.reason);

@@ -11,8 +11,21 @@ use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
 /// Every backend, in the order in which `auto` considers them.
-static BACKENDS: [Backend; 4] =
-    [backend_cpu::CPU, backend_wgpu::WGPU, backend_vulkan::VULKAN, backend_cpu::REFERENCE];
+static BACKENDS: &[Backend] = &[
+    #[cfg(feature = "cpu")]
+    backend_cpu::CPU,
+    #[cfg(feature = "wgpu")]
+    backend_wgpu::WGPU,
+    #[cfg(feature = "vulkan")]
+    backend_vulkan::VULKAN,
+    #[cfg(feature = "cpu")]
+    backend_cpu::REFERENCE,
+];
+
+/// The name of the processor's backend, the last that `auto` takes.
+const CPU: &str = "cpu";
+/// The name of the double-precision reference, which `auto` never takes.
+const REFERENCE: &str = "reference";
 
 /// The name that lets the program choose.
 pub const AUTO: &str = "auto";
@@ -28,7 +41,7 @@ const SOON: u64 = 1 << 23;
 
 /// Every backend, in the order in which [`choose`] considers them for [`AUTO`].
 pub fn backends() -> &'static [Backend] {
-    &BACKENDS
+    BACKENDS
 }
 
 /// A backend and the device to open with it.
@@ -70,7 +83,7 @@ pub struct Candidates {
 /// # Errors
 /// As [`choose_among`].
 pub fn choose(name: &str, device: Option<usize>) -> Result<Candidates, Error> {
-    choose_among(&BACKENDS, name, device)
+    choose_among(BACKENDS, name, device)
 }
 
 /// The backend of a name, and of its devices the one at position `device`, the first where none is asked for. Neither
@@ -120,22 +133,22 @@ pub fn choose_for(
     if !soon {
         return choose_among(backends, name, device);
     }
-    let processor: Vec<_> = backends.iter().filter(|b| b.name == backend_cpu::CPU.name).copied().collect();
+    let processor: Vec<_> = backends.iter().filter(|b| b.name == CPU).copied().collect();
     choose_among(&processor, name, device).map(|candidates| Candidates { soon, ..candidates })
 }
 
 fn automatic(backends: &[Backend], device: Option<usize>) -> Result<Candidates, Error> {
-    let is_cpu = |backend: &Backend| backend.name == backend_cpu::CPU.name;
-    let gpus = backends.iter().filter(|b| !is_cpu(b) && b.name != backend_cpu::REFERENCE.name);
+    let gpus = backends.iter().filter(|b| b.name != CPU && b.name != REFERENCE);
     let mut waiting: VecDeque<_> = gpus
         .flat_map(|backend| (backend.devices)().into_iter().map(|device| (*backend, device)))
         .filter(|(_, found)| device.is_none_or(|index| found.index == index))
         .collect();
-    let cpu = backends.iter().find(|b| is_cpu(b)).unwrap_or(&backend_cpu::CPU);
-    match device_of(cpu, device) {
-        Ok(found) => waiting.push_back((*cpu, found)),
-        Err(error) if waiting.is_empty() => return Err(error),
-        Err(_) => {}
+    if let Some(cpu) = backends.iter().chain(BACKENDS).find(|b| b.name == CPU) {
+        match device_of(cpu, device) {
+            Ok(found) => waiting.push_back((*cpu, found)),
+            Err(error) if waiting.is_empty() => return Err(error),
+            Err(_) => {}
+        }
     }
     let replaced = device.is_none();
     Ok(Candidates { waiting, auto: true, replaced, soon: false, patience: PROBE_PATIENCE })
@@ -165,7 +178,7 @@ impl Candidates {
 
     /// Why a device is not for `auto`.
     fn refuse(&self, backend: &Backend, device: &DeviceInfo) -> Option<String> {
-        if backend.name == backend_cpu::CPU.name {
+        if backend.name == CPU {
             return None;
         }
         let fault = if device.hardware {
@@ -189,7 +202,7 @@ impl Iterator for Candidates {
                 remarks.push(remark);
                 continue;
             }
-            let why = match (self.auto, device.hardware && backend.name != backend_cpu::CPU.name) {
+            let why = match (self.auto, device.hardware && backend.name != CPU) {
                 (false, _) => "as asked for".to_owned(),
                 (true, true) => "it is hardware and passes the probe".to_owned(),
                 (true, false) if self.soon => "it is done before a GPU would be ready".to_owned(),
@@ -209,7 +222,7 @@ impl Iterator for Candidates {
 
 /// "cpu", "vulkan llvmpipe": what drivers add to a name in brackets is left out.
 pub fn label(backend: &Backend, device: &DeviceInfo) -> String {
-    if backend.name == backend_cpu::CPU.name {
+    if backend.name == CPU {
         return backend.name.to_owned();
     }
     let name = device.name.split(" (").next().unwrap_or_default();

@@ -23,7 +23,7 @@ mod png;
 mod provenance;
 
 pub use file::remove_leftovers;
-pub use provenance::{Provenance, energy, settings};
+pub use provenance::{Provenance, device, energy, settings};
 
 use crate::Error;
 use rayon::prelude::*;

@@ -13,7 +13,11 @@
 //! # Ok::<(), gemtrace::Error>(())
 //! ```
 
+use crate::Error;
+use crate::batch::{Item, Pictures, Plan, plain};
 use crate::scene_file::Draft;
+use serde_json::{Map, json};
+use std::path::Path;
 
 /// How stones move from frame to frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,6 +60,22 @@ impl Motion {
             Motion::Tilt { .. } => "tilt",
         };
         scene.with("pose", key, scene.number("pose", key).unwrap_or(0.0) + self.angle(i, n))
+    }
+
+    /// All `n` frames of a scene as pictures of a batch.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn plan(self, scene: &Draft, n: u32, pictures: Pictures) -> Result<Plan, Error> {
+        let stem = plain(&scene.stem());
+        let item = |i| Item {
+            name: self.frame_name(&stem, i, n),
+            values: Map::from_iter([("angle".to_owned(), json!(self.angle(i, n)))]),
+            scene: self.frame(scene, i, n).table,
+        };
+        let folder = scene.path.parent().unwrap_or(Path::new("")).to_owned();
+        let title = format!("{} of {}", self.name(), scene.name());
+        Plan::new(title, folder, (0..n).map(item).collect(), pictures)
     }
 
     /// The name of frame `i` of `n` without its extension, `brilliant-tilt-0001`: counted from 1, in as many digits

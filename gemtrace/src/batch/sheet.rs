@@ -4,8 +4,8 @@ mod thumbnail;
 
 use super::manifest::Done;
 use super::merge::Entry;
-use crate::commands::figure::{count, measured, percent};
 use crate::plot::escape;
+use crate::quantity::{count, measured, percent};
 use crate::{Error, output};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;

@@ -2,13 +2,11 @@
 
 use super::manifest::{self, Done, FileRecord, Line, Manifest, Seconds};
 use super::{Item, Plan, Shard, merge};
-use crate::commands::Console;
+use crate::Error;
 use crate::output::{self, Picture, Provenance, Target};
-use crate::progress::Board;
 use crate::registry::{Candidates, Choice};
 use crate::rendering::{self, Rendered, Watch};
 use crate::scene_file::{self, LoadedScene};
-use crate::{Error, commands::devices};
 use serde_json::json;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
@@ -68,6 +66,24 @@ impl Summary {
     }
 }
 
+/// Someone who follows a batch: its pictures as a [`Watch`], and the order in which they are made. Every method may
+/// be left out, and `()` leaves out all.
+#[allow(unused_variables, reason = "names of arguments are documentation")]
+pub trait Observer: Watch {
+    /// What is to be rendered is known: of `items` in the shard, `kept` are there already.
+    fn planned(&mut self, items: usize, kept: usize) {}
+
+    /// An item is about to be rendered. A break ends the batch before it.
+    fn begin(&mut self, item: &str) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// An item is done, or has failed.
+    fn end(&mut self, item: &str, outcome: Result<&Done, &Error>) {}
+}
+
+impl Observer for () {}
+
 /// Renders the items of a shard that are not there yet, and records each in the manifest. An item is there if a manifest
 /// of the folder says that it was made from the same scene and the same files, and its pictures are what they were.
 ///
@@ -80,7 +96,7 @@ pub fn run(
     plan: &Plan,
     place: &Place,
     candidates: Candidates,
-    console: &mut Console,
+    observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let start = Instant::now();
     let folder = &place.output;
@@ -88,7 +104,6 @@ pub fn run(
         .map_err(|e| Error::output(folder, format!("this folder cannot be made ({e})")))?;
     write_plan(plan, folder)?;
     let manifest = Manifest::open(folder, place.shard)?;
-    console.interrupt.heed();
     if place.shard.is_whole() {
         merge::remove_leftovers(folder);
     }
@@ -96,15 +111,12 @@ pub fn run(
     output::remove_leftovers(&todo.iter().flat_map(|task| task.files(plan, folder)).collect::<Vec<_>>());
 
     let kept = items - todo.len();
-    if kept > 0 {
-        console.say(format_args!("{kept} of {items} pictures are there already"));
-    }
-    let board = Board::new(items as u64, kept as u64, console.quiet);
+    observer.planned(items, kept);
     let devices = Devices { current: None, rest: candidates };
-    let mut worker = Worker { plan, place, manifest, devices, console, board, digests: HashMap::new() };
+    let mut worker = Worker { plan, place, manifest, devices, observer, digests: HashMap::new() };
     let mut summary = Summary { items, kept, ..Summary::default() };
     for task in &todo {
-        if worker.console.interrupt.is_requested() {
+        if worker.observer.begin(&task.item.name).is_break() {
             summary.interrupted = true;
             break;
         }
@@ -191,54 +203,40 @@ impl Iterator for &mut Devices {
 }
 
 /// Does one item after the other.
-struct Worker<'a, 'b> {
+struct Worker<'a> {
     plan: &'a Plan,
     place: &'a Place,
     manifest: Manifest,
     devices: Devices,
-    console: &'a mut Console<'b>,
-    board: Board,
+    observer: &'a mut dyn Observer,
     /// Records of the inputs read so far.
     digests: HashMap<PathBuf, FileRecord>,
 }
 
-impl Worker<'_, '_> {
+impl Worker<'_> {
     /// Renders an item and records what became of it.
     fn work(&mut self, task: &Task) -> Result<(), Error> {
         let (item, identity) = (task.item.name.clone(), task.identity.clone());
-        self.board.begin(&item);
         self.record(&Line::Started { item: item.clone(), identity: identity.clone() });
         let outcome = self.make(task);
-        let (line, told) = match &outcome {
-            Ok(done) => (Line::Done(Box::new(done.clone())), told(done)),
+        let line = match &outcome {
+            Ok(done) => Line::Done(Box::new(done.clone())),
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             Err(error) => {
-                let (message, exit_code) = (error.to_string(), error.exit_code());
-                let told = format!("failed: {message}");
-                (
-                    Line::Failed {
-                        item: item.clone(),
-                        identity,
-                        values: task.item.values.clone(),
-                        message,
-                        exit_code,
-                    },
-                    told,
-                )
+                let (message, exit_code, values) =
+                    (error.to_string(), error.exit_code(), task.item.values.clone());
+                Line::Failed { item, identity, values, message, exit_code }
             }
         };
         self.record(&line);
-        let place = self.board.end();
-        let console = &mut *self.console;
-        self.board.aside(|| console.say(format_args!("{place} {item}: {told}")));
+        self.observer.end(&task.item.name, outcome.as_ref());
         outcome.map(|_| ())
     }
 
     /// A line that cannot be written waits; the run goes on, and the summary tells if it never could.
     fn record(&mut self, line: &Line) {
         if let Err(error) = self.manifest.append(line) {
-            let console = &mut *self.console;
-            self.board.aside(|| console.warn(error));
+            self.observer.warning(&error.to_string());
         }
     }
 
@@ -249,6 +247,7 @@ impl Worker<'_, '_> {
         let text = self.plan.scene_text(item)?;
         let name = PathBuf::from(&item.name);
         let mut loaded = scene_file::parse(&text, &name, self.plan.folder()).map_err(plainly)?;
+        self.plan.overrides().apply(&mut loaded);
         let scene = Arc::new(PreparedScene::new(&loaded.scene, &loaded.settings)?);
         loaded.scene.stones = Vec::new();
         let inputs = loaded.files.iter().map(|path| self.input(path)).collect::<Result<Vec<_>, _>>()?;
@@ -266,7 +265,7 @@ impl Worker<'_, '_> {
             scene_hash: loaded.hash,
             settings: output::settings(&scene),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            devices: rendered.devices.iter().map(devices::describe).collect(),
+            devices: rendered.devices.iter().map(output::device).collect(),
             choice: rendered.reason,
             rays: report.rays,
             energy: output::energy(&report.energy),
@@ -307,14 +306,9 @@ impl Worker<'_, '_> {
 
     fn trace(&mut self, scene: &Arc<PreparedScene>, film: &mut Film) -> Result<Rendered, Error> {
         let options = OpenOptions { threads: self.place.threads, ..OpenOptions::default() };
-        let (console, board) = (&mut *self.console, &self.board);
-        let mut onlooker = Onlooker { console, board, chosen: None, told: Instant::now() };
-        let fresh = self.devices.current.is_none();
-        let mut rendered = rendering::render(&mut self.devices, scene, film, &options, &mut onlooker);
-        let chosen = onlooker.chosen;
-        if let (true, Some(choice)) = (fresh, &chosen) {
-            board.aside(|| console.say(&choice.reason));
-        }
+        let mut watch = Recorder { observer: self.observer, chosen: None };
+        let mut rendered = rendering::render(&mut self.devices, scene, film, &options, &mut watch);
+        let chosen = watch.chosen;
         // Where all have failed, the last is asked again for the next item: it may have been this one's fault.
         let none = chosen.is_none();
         self.devices.current = chosen;
@@ -369,41 +363,23 @@ fn plainly(error: Error) -> Error {
     }
 }
 
-fn told(done: &Done) -> String {
-    let dropped = done.energy.get("dropped").and_then(serde_json::Value::as_f64).unwrap_or(0.0);
-    let time = Duration::from_secs_f64(done.seconds.total);
-    let (time, dropped) = (crate::commands::figure::seconds(time), crate::commands::figure::percent(dropped));
-    format!("{time}, {dropped} of the energy dropped")
-}
-
-/// How often a picture in the works is told of where no bar shows it.
-const PATIENCE: Duration = Duration::from_secs(30);
-
-struct Onlooker<'a, 'b, 'c> {
-    console: &'a mut Console<'b>,
-    board: &'c Board,
-    /// The device that renders now.
+/// Remembers which device was taken.
+struct Recorder<'a> {
+    observer: &'a mut dyn Observer,
     chosen: Option<Choice>,
-    told: Instant,
 }
 
-impl Watch for Onlooker<'_, '_, '_> {
+impl Watch for Recorder<'_> {
     fn chosen(&mut self, choice: &Choice) {
         self.chosen = Some(choice.clone());
+        self.observer.chosen(choice);
     }
 
     fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
-        self.board.set(progress.done, progress.total);
-        if !self.board.is_visible() && self.told.elapsed() > PATIENCE {
-            self.told = Instant::now();
-            let share = 100.0 * progress.done as f64 / progress.total.max(1) as f64;
-            self.console.say(format_args!("{} {share:.0} %", self.board.current()));
-        }
-        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        self.observer.progress(progress)
     }
 
-    fn replaced(&mut self, message: &str) {
-        let console = &mut *self.console;
-        self.board.aside(|| console.warn(message));
+    fn warning(&mut self, message: &str) {
+        self.observer.warning(message);
     }
 }

@@ -91,6 +91,19 @@ pub fn settings(scene: &PreparedScene) -> Value {
     })
 }
 
+/// A device for scripts; its memory, bytes, is null where nobody tells.
+pub fn device(device: &DeviceInfo) -> Value {
+    json!({
+        "backend": device.backend,
+        "index": device.index,
+        "name": device.name,
+        "driver": device.driver,
+        "memory": (device.memory > 0).then_some(device.memory),
+        "intersection": device.intersection,
+        "hardware": device.hardware,
+    })
+}
+
 /// Shares of the throughput that started, to seven significant digits: the account is added up in the order in which
 /// passes and machines come to an end, and what that leaves in the last digits of a double must not show.
 pub fn energy(energy: &Energy) -> Value {

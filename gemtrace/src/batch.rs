@@ -22,5 +22,5 @@ pub mod sweep;
 
 pub(crate) use plan::plain;
 pub use plan::{Item, Pictures, Plan};
-pub use runner::{Place, Summary, run};
+pub use runner::{Observer, Place, Summary, run};
 pub use shard::{Portion, Shard};

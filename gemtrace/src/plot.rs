@@ -206,7 +206,7 @@ fn put(out: &mut String, arguments: std::fmt::Arguments) {
 }
 
 /// Text for the inside of an element or of an attribute in double quotes.
-pub(crate) fn escape(content: &str) -> String {
+pub fn escape(content: &str) -> String {
     content.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 

@@ -1,8 +1,8 @@
 //! What is to be rendered: named scenes.
 
 use crate::Error;
-use crate::effort::Effort;
 use crate::output::{Depth, Format};
+use crate::scene_file::Override;
 use crate::scene_file::source::Hash;
 use serde_json::{Map, Value, json};
 use spectral_core::color::RgbSpace;
@@ -19,15 +19,6 @@ pub struct Item {
     pub values: Map<String, Value>,
     /// The scene, as a scene file would have it (see [`crate::scene_file`]); its paths start from the plan's folder.
     pub scene: toml::Table,
-}
-
-impl Item {
-    /// A table of its scene, made where there is none.
-    fn table(&mut self, name: &str) -> Result<&mut toml::Table, Error> {
-        let slot = self.scene.entry(name).or_insert_with(|| toml::Table::new().into());
-        let message = || format!("'{name}' of item '{}' is no table", self.name);
-        slot.as_table_mut().ok_or_else(|| Error::Usage(message()))
-    }
 }
 
 /// How the pictures of a plan are written; the same for all, so that they can be compared.
@@ -77,6 +68,7 @@ pub struct Plan {
     folder: PathBuf,
     items: Vec<Item>,
     pictures: Pictures,
+    overrides: Override,
 }
 
 impl Plan {
@@ -109,26 +101,18 @@ impl Plan {
                 return Err(Error::Usage(message));
             }
         }
-        Ok(Plan { title: title.into(), folder, items, pictures })
+        Ok(Plan { title: title.into(), folder, items, pictures, overrides: Override::default() })
     }
 
-    /// The same with another picture size, width × height in pixels, or another effort in every scene.
-    ///
-    /// # Errors
-    /// [`Error::Usage`] for a scene whose `[film]` or `[render]` is no table.
-    pub fn with_film(mut self, size: Option<[u32; 2]>, effort: &Effort) -> Result<Self, Error> {
-        for item in &mut self.items {
-            if let Some(size) = size {
-                let film = item.table("film")?;
-                for (key, edge) in ["width", "height"].into_iter().zip(size) {
-                    film.insert(key.to_owned(), toml::Value::Integer(edge.into()));
-                }
-            }
-            if effort.is_given() {
-                effort.write(item.table("render")?);
-            }
-        }
-        Ok(self)
+    /// The same with another picture size or other settings in place of every scene's own.
+    #[must_use]
+    pub fn with(self, overrides: Override) -> Self {
+        Plan { overrides, ..self }
+    }
+
+    /// What is rendered in place of what the scenes say.
+    pub fn overrides(&self) -> &Override {
+        &self.overrides
     }
 
     /// What it is called on the contact sheet.
@@ -161,14 +145,14 @@ impl Plan {
     }
 
     /// What an item's pictures depend on but for the contents of the files that its scene names: SHA-256 in
-    /// hexadecimal over this program's version, the scene and the options of the pictures.
+    /// hexadecimal over this program's version, the scene, what overrides it and the options of the pictures.
     ///
     /// # Errors
     /// As [`Plan::scene_text`].
     pub fn identity(&self, item: &Item) -> Result<String, Error> {
         let mut hash = Hash::new();
-        let parts =
-            [env!("CARGO_PKG_VERSION"), &self.scene_text(item)?, &self.pictures.to_json().to_string()];
+        let (scene, options) = (self.scene_text(item)?, json!([self.pictures.to_json(), self.overrides]));
+        let parts = [env!("CARGO_PKG_VERSION"), &scene, &options.to_string()];
         parts.iter().for_each(|part| hash.add(part.as_bytes()));
         Ok(hash.finish())
     }

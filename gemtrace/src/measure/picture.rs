@@ -3,7 +3,7 @@
 use super::Conditions;
 use crate::Error;
 use crate::registry::Choice;
-use crate::rendering::{self, Watch};
+use crate::rendering;
 use glam::DVec3;
 use spectral_core::camera::{Camera, Projection};
 use spectral_core::environment::Environment;
@@ -67,7 +67,7 @@ impl<'a> Lens<'a> {
             RenderSettings { samples: 1, jitter: false, spectral: false, ..self.conditions.settings.clone() };
         let prepared = Arc::new(PreparedScene::new(&scene, &settings)?);
         let mut film = Film::new(&prepared);
-        let mut watch = Stoppable(stop);
+        let mut watch = |_: Progress| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
         let rendered =
             rendering::render([self.device.clone()], &prepared, &mut film, &self.options, &mut watch);
         if let Some(failure) = rendered.failure {
@@ -85,19 +85,6 @@ impl<'a> Lens<'a> {
         let dropped = if share > 0.0 { energy.dropped_share() / share } else { 0.0 };
         Ok(Picture { xyz, covered, dropped, prepared })
     }
-}
-
-/// Nobody looks on, but the work can be stopped.
-struct Stoppable<'a>(&'a dyn Fn() -> bool);
-
-impl Watch for Stoppable<'_> {
-    fn chosen(&mut self, _: &Choice) {}
-
-    fn progress(&mut self, _: Progress) -> ControlFlow<()> {
-        if (self.0)() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    fn replaced(&mut self, _: &str) {}
 }
 
 /// What the rays of the raster brought, row by row.
