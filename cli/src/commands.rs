@@ -16,8 +16,8 @@ pub mod still;
 mod table;
 
 use crate::progress::Interrupt;
-use gemtrace::Error;
 use clap::{Parser, Subcommand};
+use gemtrace::Error;
 use serde_json::{Value, json};
 use std::io::Write;
 

@@ -1,8 +1,8 @@
 //! The numbers of `gemtrace measure`, against closed forms and against GemRay.
 
 use clap::Parser as _;
-use gemtrace_cli::commands::{Cli, Console, Report, run};
 use gemtrace::Error;
+use gemtrace_cli::commands::{Cli, Console, Report, run};
 use gemtrace_cli::progress::Interrupt;
 use serde_json::Value;
 use std::path::{Path, PathBuf};

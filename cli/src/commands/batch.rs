@@ -2,9 +2,11 @@
 
 use super::{Console, Report, table};
 use crate::arguments::Rendering;
-use gemtrace::Error;
 use crate::progress::Board;
-use gemtrace::batch::{Observer, Place, Plan, manifest::Done, Portion, Shard, Summary, merge, run as carry_out, sheet, sweep};
+use gemtrace::Error;
+use gemtrace::batch::{
+    Observer, Place, Plan, Portion, Shard, Summary, manifest::Done, merge, run as carry_out, sheet, sweep,
+};
 use gemtrace::quantity::{percent, seconds};
 use gemtrace::registry::{Candidates, Choice};
 use gemtrace::rendering::Watch;

@@ -13,8 +13,9 @@ mod table;
 
 use super::{Console, Report};
 use crate::arguments::parse_size;
-use gemtrace::{Error, output};
 use entrant::{Entrant, entrants};
+use gemtrace::scene_file::Override;
+use gemtrace::{Error, output};
 use measurement::{Measurement, measure};
 use scene::{BUILTIN, Subject};
 use serde_json::{Value, json};

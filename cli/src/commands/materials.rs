@@ -5,9 +5,9 @@ mod swatch;
 
 use super::still::Means;
 use super::{Console, Report, table};
+use appearance::Appearance;
 use gemtrace::plot::{Line, Panel, svg};
 use gemtrace::{Error, output};
-use appearance::Appearance;
 use serde_json::{Value, json};
 use spectral_core::dispersion::{Dispersion, fraunhofer};
 use spectral_core::material::{Catalogue, Kind, Material};

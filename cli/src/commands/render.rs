@@ -4,11 +4,11 @@ mod outcome;
 
 use super::{Console, Report};
 use crate::arguments::{Rendering, parse_stops};
+use crate::progress::Bar;
 use gemtrace::Error;
 use gemtrace::batch::{Portion, Shard};
 use gemtrace::output::part::Work;
 use gemtrace::output::{self, Depth, Format, Picture, Provenance, Target, Written};
-use crate::progress::Bar;
 use gemtrace::registry::{self, Candidates, Choice};
 use gemtrace::rendering::{self, Rendered, Watch};
 use gemtrace::scene_file::{self, LoadedScene};
@@ -121,7 +121,11 @@ fn load(args: &Args) -> Result<LoadedScene, Error> {
 /// Prepares a scene; what is wrong with it is the scene file's fault unless the command line changed it.
 fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-        if args.rendering.overrides().is_given() { Error::Core(error) } else { Error::file(&args.scene, error) }
+        if args.rendering.overrides().is_given() {
+            Error::Core(error)
+        } else {
+            Error::file(&args.scene, error)
+        }
     })
 }
 
@@ -165,7 +169,13 @@ fn trace(
     let total = u64::from(scene.width) * u64::from(scene.height) * u64::from(scene.settings.samples);
     let bar = Bar::new(total, console.quiet);
     let auto = args.rendering.backend == registry::AUTO;
-    rendering::render(candidates, scene, film, &args.rendering.options(), &mut Onlooker { console, bar, warnings, auto })
+    rendering::render(
+        candidates,
+        scene,
+        film,
+        &args.rendering.options(),
+        &mut Onlooker { console, bar, warnings, auto },
+    )
 }
 
 fn has_samples(film: &Film) -> bool {

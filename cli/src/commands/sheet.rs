@@ -2,11 +2,11 @@
 
 use super::still::{self, Means, Studio};
 use super::{Console, Report};
-use gemtrace::scene_file::{self, Draft};
+use clap::Subcommand;
 use gemtrace::quantity::seconds;
+use gemtrace::scene_file::{self, Draft};
 use gemtrace::sheet::{Cell, Sheet};
 use gemtrace::{Error, output};
-use clap::Subcommand;
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;

@@ -2,9 +2,9 @@
 
 use super::Console;
 use crate::arguments::{Rendering, parse_stops};
+use crate::progress::Bar;
 use gemtrace::Error;
 use gemtrace::output;
-use crate::progress::Bar;
 use gemtrace::registry::{self, Candidates, Choice};
 use gemtrace::rendering::{self, Watch};
 use gemtrace::scene_file::LoadedScene;

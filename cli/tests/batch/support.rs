@@ -1,9 +1,9 @@
 //! A folder with a small sweep in it, and the commands called through the library.
 
 use clap::Parser as _;
+use gemtrace::Error;
 use gemtrace::batch::manifest::{self, Done, Line};
 use gemtrace_cli::commands::{Cli, Console, Report, run};
-use gemtrace::Error;
 use gemtrace_cli::progress::Interrupt;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

@@ -2,8 +2,8 @@
 
 use super::read::Png;
 use super::support::{SCENE, Workplace};
-use gemtrace::{registry, rendering};
 use gemtrace::scene_file::{self, LoadedScene};
+use gemtrace::{registry, rendering};
 use spectral_core::film::Film;
 use spectral_core::prepare::{Geometry, PreparedScene};
 use spectral_core::tracer::OpenOptions;

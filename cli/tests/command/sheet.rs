@@ -24,7 +24,8 @@ fn a_sheet_of_sizes_has_a_picture_for_each() {
     for bad in ["--sizes=0", "--sizes=2,x"] {
         use clap::Parser as _;
         assert!(
-            gemtrace_cli::commands::Cli::try_parse_from(["gemtrace", "sheet", "sizes", "a.toml", bad]).is_err()
+            gemtrace_cli::commands::Cli::try_parse_from(["gemtrace", "sheet", "sizes", "a.toml", bad])
+                .is_err()
         );
     }
 }

@@ -1,8 +1,8 @@
 //! A small scene, and the commands called as the binary calls them.
 
 use clap::Parser as _;
-use gemtrace_cli::commands::{Cli, Console, Report, run};
 use gemtrace::Error;
+use gemtrace_cli::commands::{Cli, Console, Report, run};
 use gemtrace_cli::progress::Interrupt;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;

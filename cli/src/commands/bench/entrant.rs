@@ -1,7 +1,7 @@
 //! What takes part: every device, and every form of intersection that it offers.
 
-use gemtrace::{Error, registry};
 use backend_vulkan::{Intersection, VULKAN};
+use gemtrace::{Error, registry};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::tracer::{Backend, DeviceInfo};
 

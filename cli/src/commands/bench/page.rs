@@ -6,8 +6,8 @@ mod picture;
 use super::measurement::Measurement;
 use super::table::{self, HEADINGS, label};
 use super::{Heat, threads};
-use gemtrace::quantity::{count, measured};
 use gemtrace::plot::{Strip, escape, strips};
+use gemtrace::quantity::{count, measured};
 use spectral_core::film::Film;
 use std::fmt::Write as _;
 

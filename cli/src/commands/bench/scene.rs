@@ -1,8 +1,8 @@
 //! The scenes that are measured: those of the program, and files.
 
-use gemtrace::scene_file::{self, LoadedScene, Override};
 use crate::commands::Console;
 use gemtrace::Error;
+use gemtrace::scene_file::{self, LoadedScene, Override};
 use glam::DVec3;
 use spectral_core::material::Catalogue;
 use spectral_core::mesh::{Mesh, MeshOptions};
@@ -59,9 +59,8 @@ impl Subject {
     pub fn new(name: &str, change: Override, console: &mut Console) -> Result<Self, Error> {
         let mut loaded = load(name)?;
         change.apply(&mut loaded);
-        let prepared = PreparedScene::new(&loaded.scene, &loaded.settings).map_err(|error| {
-            if change.is_given() { Error::Core(error) } else { Error::file(name, error) }
-        })?;
+        let prepared = PreparedScene::new(&loaded.scene, &loaded.settings)
+            .map_err(|error| if change.is_given() { Error::Core(error) } else { Error::file(name, error) })?;
         for warning in loaded.warnings.iter().chain(&prepared.warnings) {
             console.warn(format_args!("{name}: {warning}"));
         }

@@ -2,9 +2,9 @@
 
 use super::Heat;
 use super::measurement::{Measurement, Run, Spread};
-use gemtrace::quantity::{count, measured, percent, significant};
-use crate::commands::{devices, table};
+use crate::commands::table;
 use gemtrace::output;
+use gemtrace::quantity::{count, measured, percent, significant};
 use serde_json::{Value, json};
 use spectral_core::film::Agreement;
 
@@ -132,7 +132,7 @@ pub fn json(heat: &Heat) -> Value {
 }
 
 fn measurement_json(heat: &Heat, m: &Measurement) -> Value {
-    let mut device = devices::describe(&m.entrant.device);
+    let mut device = output::device(&m.entrant.device);
     device["intersection"] = m.entrant.intersection(&heat.subject.prepared).into();
     let measured = !m.runs.is_empty();
     json!({
