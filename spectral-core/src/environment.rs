@@ -188,15 +188,28 @@ impl Environment {
         }
     }
 
-    /// The same with the world's origin moved to `origin`, and the ground's picture in the image.
-    pub(crate) fn seen_from(&self, origin: DVec3) -> Environment {
+    /// Whether another shows the same picture: the same image and ground, not copies of them, or the same colour.
+    pub(crate) fn shares_picture(&self, other: &Environment) -> bool {
+        let same_source = match (&self.source, &other.source) {
+            (Source::Uniform(a), Source::Uniform(b)) => a == b,
+            (Source::Image(a), Source::Image(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
+        let grounds = [self, other].map(|light| light.ground.as_ref().map(Arc::as_ptr));
+        same_source && grounds[0] == grounds[1]
+    }
+
+    /// The same with the world's origin moved to `origin`, and the ground's picture in the image: in `picture`, if it
+    /// has been made before.
+    pub(crate) fn seen_from(&self, origin: DVec3, picture: Option<&Source>) -> Environment {
         let Some(ground) = &self.ground else { return self.clone() };
-        let image = match &self.source {
+        let make = || match &self.source {
             Source::Image(image) => image.with_ground(ground),
             Source::Uniform(rgb) => uniform(*rgb).with_ground(ground),
         };
+        let source = picture.cloned().unwrap_or_else(|| Source::Image(Arc::new(make())));
         let ground = Some(Arc::new(ground.seen_from(origin)));
-        Environment { source: Source::Image(Arc::new(image)), ground, ..self.clone() }
+        Environment { source, ground, ..self.clone() }
     }
 
     /// Refuses what cannot be light.

@@ -14,7 +14,7 @@ pub use geometry::{FacetPlane, Geometry, PreparedStone};
 pub use nest::{Nest, Rank};
 pub use outline::{Outline, Side};
 pub use rounding::{Rounding, Span};
-pub use spectral::{Medium, SpectralTable};
+pub use spectral::{Medium, Optics, SpectralTable};
 
 use crate::{
     Error, Warning,
@@ -25,8 +25,12 @@ use crate::{
     settings::RenderSettings,
 };
 use glam::DVec3;
+use std::sync::Arc;
 
 /// A validated scene with its settings: what every backend renders.
+///
+/// Its parts outlive it: [`update`](Self::update) prepares only those that a change touches and shares the others, so
+/// that a backend knows by [`Arc::ptr_eq`] what it has already. Copies share all of them.
 #[derive(Debug, Clone)]
 pub struct PreparedScene {
     /// The settings it was prepared for.
@@ -37,20 +41,20 @@ pub struct PreparedScene {
     pub height: u32,
     /// Camera rays, in local coordinates.
     pub view: View,
-    /// The local origin in the world, mm.
-    pub origin: DVec3,
     /// What is seen past the stones.
     pub background: Background,
     /// All stones' surfaces, in local coordinates.
-    pub geometry: Geometry,
+    pub geometry: Arc<Geometry>,
     /// The light, with the ground in local coordinates and its picture in the image.
-    pub environment: Environment,
-    /// Optics by wavelength: one table for all samples, or one a sample where wavelengths are jittered.
-    pub tables: Vec<SpectralTable>,
+    pub environment: Arc<Environment>,
+    /// Optics by wavelength.
+    pub optics: Arc<Optics>,
     /// The stones that a perspective camera stands in.
     pub eye_nest: Nest,
     /// Remarks that do not stop the work.
     pub warnings: Vec<Warning>,
+    /// The light as the scene has it.
+    light: Environment,
 }
 
 impl PreparedScene {
@@ -59,16 +63,49 @@ impl PreparedScene {
     /// # Errors
     /// [`Error::Value`] naming what cannot be rendered and what could.
     pub fn new(scene: &Scene, settings: &RenderSettings) -> Result<Self, Error> {
+        Self::prepare(scene, settings, None)
+    }
+
+    /// The same for a scene that may have much in common with this one. Another camera, size or background prepares no
+    /// part anew; another pose of the stones the geometry; another material, illuminant or scale the optics; another
+    /// rotation of the light the environment, but not its image.
+    ///
+    /// The outcome is that of [`new`](Self::new). Meshes and materials are the same where they are equal, images and
+    /// grounds where they are shared.
+    ///
+    /// ```
+    /// use spectral_core::{prepare::PreparedScene, scene::Scene, settings::RenderSettings};
+    /// use std::sync::Arc;
+    /// let (mut scene, settings) = (Scene::in_studio(vec![]), RenderSettings::default());
+    /// let first = PreparedScene::new(&scene, &settings)?;
+    /// scene.camera.position.x += 1.0;
+    /// let second = first.update(&scene, &settings)?;
+    /// assert!(Arc::ptr_eq(&first.geometry, &second.geometry) && Arc::ptr_eq(&first.optics, &second.optics));
+    /// assert!(first.view != second.view);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn update(&self, scene: &Scene, settings: &RenderSettings) -> Result<Self, Error> {
+        Self::prepare(scene, settings, Some(self))
+    }
+
+    fn prepare(scene: &Scene, settings: &RenderSettings, before: Option<&Self>) -> Result<Self, Error> {
         settings.validate()?;
         scene.environment.validate()?;
         let kept = if settings.spectral { settings.wavelengths.len() } else { 0 };
         Film::check_size(scene.width, scene.height, kept)?;
         let view = scene.camera.view(scene.width, scene.height)?;
-        let mut warnings = Vec::new();
-        let (geometry, origin) = Geometry::new(&scene.stones)?;
-        let tables = spectral::tables(scene, settings, &mut warnings)?;
-        let view = view.seen_from(origin);
+        let geometry = match before {
+            Some(before) if before.geometry.is_of(&scene.stones) => before.geometry.clone(),
+            _ => Arc::new(Geometry::new(&scene.stones)?),
+        };
+        let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
+        let environment = Self::light(&scene.environment, geometry.origin, before);
+        let view = view.seen_from(geometry.origin);
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
+        let mut warnings = optics.warnings.clone();
         if !eye_nest.is_empty() {
             warnings.push(Warning::new("the camera stands inside a stone"));
         }
@@ -77,14 +114,29 @@ impl PreparedScene {
             width: scene.width,
             height: scene.height,
             view,
-            origin,
             background: scene.background,
             geometry,
-            environment: scene.environment.seen_from(origin),
-            tables,
+            environment,
+            optics,
             eye_nest,
             warnings,
+            light: scene.environment.clone(),
         })
+    }
+
+    /// The light in local coordinates; `before`'s, or its picture, where they serve.
+    fn light(light: &Environment, origin: DVec3, before: Option<&Self>) -> Arc<Environment> {
+        let before = before.filter(|before| before.light.shares_picture(light));
+        let figures = |light: &Environment| (light.rotation, light.scale, light.illuminant.clone());
+        match before {
+            Some(before)
+                if figures(&before.light) == figures(light)
+                    && (light.ground.is_none() || before.geometry.origin == origin) =>
+            {
+                before.environment.clone()
+            }
+            _ => Arc::new(light.seen_from(origin, before.map(|before| &before.environment.source))),
+        }
     }
 
     /// Wavelengths traced for each pixel sample.
@@ -94,7 +146,7 @@ impl PreparedScene {
 
     /// The optics of pixel sample `sample`.
     pub fn table(&self, sample: u32) -> &SpectralTable {
-        &self.tables[sample as usize % self.tables.len()]
+        &self.optics.tables[sample as usize % self.optics.tables.len()]
     }
 
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
@@ -104,5 +156,97 @@ impl PreparedScene {
             [stone] if stone.has_few_planes() && !stone.conductor && self.eye_nest.is_empty() => Some(stone),
             _ => None,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        environment::{Ground, Source},
+        material::{Catalogue, Material},
+        scene::Stone,
+        settings::Quality,
+        shape::ShapeSpec,
+    };
+
+    fn material(name: &str) -> Arc<Material> {
+        Arc::new(Catalogue::builtin().get(name).unwrap().clone())
+    }
+
+    fn two_stones() -> Scene {
+        let (mesh, _) = ShapeSpec::by_name("step").unwrap().cut().unwrap().solid().unwrap();
+        let mesh = Arc::new(mesh);
+        let [mut a, b] = ["ruby", "quartz"].map(|name| Stone::new(name, mesh.clone(), material(name)));
+        a.position.x = 4.0;
+        let mut scene = Scene::in_studio(vec![a, b]);
+        let ground = Ground::new(-2.0, [-9.0; 2], 1.0, 2, vec![[0.5; 3]; 4]).unwrap();
+        scene.environment.ground = Some(Arc::new(ground));
+        scene
+    }
+
+    /// Which of geometry, environment, the environment's image and optics are another's.
+    fn shared(a: &PreparedScene, b: &PreparedScene) -> [bool; 4] {
+        let image = match (&a.environment.source, &b.environment.source) {
+            (Source::Image(a), Source::Image(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        };
+        [
+            Arc::ptr_eq(&a.geometry, &b.geometry),
+            Arc::ptr_eq(&a.environment, &b.environment),
+            image,
+            Arc::ptr_eq(&a.optics, &b.optics),
+        ]
+    }
+
+    #[test]
+    fn a_change_prepares_only_what_it_touches() {
+        type Change = fn(&mut Scene, &mut RenderSettings);
+        let cases: [(&str, Change, [bool; 4]); 11] = [
+            ("nothing", |_, _| (), [true; 4]),
+            ("camera", |scene, _| scene.camera.position.x += 1.0, [true; 4]),
+            ("size", |scene, _| scene.width = 99, [true; 4]),
+            ("background", |scene, _| scene.background = Background::Transparent, [true; 4]),
+            ("depth", |_, settings| settings.max_depth = 3, [true; 4]),
+            (
+                "copies",
+                |scene, _| scene.stones[0].mesh = Arc::new((*scene.stones[0].mesh).clone()),
+                [true; 4],
+            ),
+            // With them the local origin moves, and with it the ground, but not the ground's picture.
+            ("pose", |scene, _| scene.stones[0].rotation.z = 5.0, [false, false, true, true]),
+            ("rotation", |scene, _| scene.environment.rotation = 5.0, [true, false, true, true]),
+            ("scale", |scene, _| scene.environment.scale = 5.0, [true, false, true, false]),
+            (
+                "material",
+                |scene, _| scene.stones[1].material = material("diamond"),
+                [true, true, true, false],
+            ),
+            ("wavelengths", |_, settings| *settings = settings.at(Quality::Draft), [true, true, true, false]),
+        ];
+        let (scene, settings) = (two_stones(), RenderSettings::default());
+        let first = PreparedScene::new(&scene, &settings).unwrap();
+        for (what, change, expected) in cases {
+            let (mut scene, mut settings) = (scene.clone(), settings.clone());
+            change(&mut scene, &mut settings);
+            let second = first.update(&scene, &settings).unwrap();
+            let anew = PreparedScene::new(&scene, &settings).unwrap();
+            assert_eq!(shared(&first, &second), expected, "{what}");
+            assert_eq!(second.optics.tables, anew.optics.tables, "{what}");
+            assert_eq!(second.environment, anew.environment, "{what}");
+            assert_eq!(second.geometry.facets, anew.geometry.facets, "{what}");
+            assert_eq!((&second.view, &second.warnings), (&anew.view, &anew.warnings), "{what}");
+        }
+    }
+
+    #[test]
+    fn what_a_mesh_was_is_not_taken_for_another() {
+        let (mut scene, settings) = (two_stones(), RenderSettings::default());
+        let first = PreparedScene::new(&scene, &settings).unwrap();
+        scene.stones.pop();
+        assert!(!shared(&first, &first.update(&scene, &settings).unwrap())[0]);
+        // Given back and read again: nobody knows that it is the same.
+        drop(std::mem::replace(&mut scene, two_stones()));
+        assert!(!shared(&first, &first.update(&scene, &settings).unwrap())[0]);
     }
 }

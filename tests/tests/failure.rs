@@ -117,7 +117,7 @@ const LIAR: Backend = Backend {
     unusable: Vec::new,
     open: |device, scene, options| {
         let mut scene = (*scene).clone();
-        scene.environment = Environment::uniform([2.0; 3]);
+        scene.environment = Arc::new(Environment::uniform([2.0; 3]));
         on_cpu(device, Arc::new(scene), u64::MAX, options)
     },
 };

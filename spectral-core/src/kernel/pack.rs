@@ -108,7 +108,7 @@ fn below(environment: &Environment) -> Scene {
 }
 
 fn materials(scene: &PreparedScene) -> u32 {
-    scene.tables.first().map_or(0, |table| table.media.len() as u32)
+    scene.optics.tables.first().map_or(0, |table| table.media.len() as u32)
 }
 
 /// Every facet's plane, by its index in the geometry.
@@ -131,7 +131,7 @@ pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
 /// blue, –), its weights (X, Y, Z, –), then each material's (n, k, absorption, –).
 pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
     let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i));
-    scene.tables.iter().flat_map(lines).collect()
+    scene.optics.tables.iter().flat_map(lines).collect()
 }
 
 fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
@@ -165,7 +165,7 @@ pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<
                 let near = scene.geometry.arrival(&ray);
                 rays.push(Primary {
                     origin: near.map_or(DVec3::ZERO, |(start, _)| start).as_vec3().to_array(),
-                    first_line: sample % scene.tables.len() as u32 * lines,
+                    first_line: sample % scene.optics.tables.len() as u32 * lines,
                     direction: ray.direction.as_vec3().to_array(),
                     near: near.map_or(0, |(_, facet)| facet as u32 + 1),
                     background: background(scene, &ray),

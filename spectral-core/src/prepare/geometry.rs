@@ -8,6 +8,7 @@ use crate::{
 };
 use glam::DVec3;
 use std::ops::Range;
+use std::sync::{Arc, Weak};
 
 /// The exact plane of a facet: n·x = offset, n the unit normal out of the stone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,9 +54,26 @@ impl PreparedStone {
     }
 }
 
+/// What a stone's surface is made of, beside what [`PreparedStone`] says. The mesh is not kept alive: large ones are
+/// given back once they are prepared.
+#[derive(Debug, Clone)]
+struct Source {
+    mesh: Weak<Mesh>,
+    place: Place,
+}
+
+/// A stone's width, rotation, position and priority.
+type Place = (Option<f64>, DVec3, DVec3, i32);
+
+fn place(stone: &Stone) -> Place {
+    (stone.width, stone.rotation, stone.position, stone.priority)
+}
+
 /// All stones' surfaces. Lengths in mm.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default)]
 pub struct Geometry {
+    /// The local origin in the world: the middle of the stones.
+    pub origin: DVec3,
     /// Vertices.
     pub positions: Vec<DVec3>,
     /// Vertex indices, counter-clockwise seen from outside the stone.
@@ -72,6 +90,8 @@ pub struct Geometry {
     pub radius: f64,
     /// Whether two stones come so near each other that their surfaces may be in optical contact.
     pub contacts: bool,
+    /// By stone.
+    sources: Vec<Source>,
 }
 
 impl Geometry {
@@ -81,8 +101,8 @@ impl Geometry {
     /// is also some 80 units in the last place of a single-precision coordinate.
     pub const CONTACT: f64 = 1e-5;
 
-    /// Places the stones; returns the surfaces and where their local origin lies in the world.
-    pub(super) fn new(stones: &[Stone]) -> Result<(Geometry, DVec3), Error> {
+    /// Places the stones.
+    pub(super) fn new(stones: &[Stone]) -> Result<Geometry, Error> {
         let placed = stones.iter().map(Placed::new).collect::<Result<Vec<_>, _>>()?;
         let mut low = DVec3::splat(f64::INFINITY);
         let mut high = -low;
@@ -90,18 +110,30 @@ impl Geometry {
             (low, high) = (low.min(*l), high.max(*h));
         }
         let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
-        let mut geometry = Geometry::with_room(&placed);
+        let mut geometry = Geometry { origin, ..Geometry::with_room(&placed) };
         geometry.stone_of_rank = order(&placed);
         let materials = material_indices(stones);
         for (placed, material) in placed.iter().zip(materials) {
-            geometry.push(placed, origin, material);
+            geometry.push(placed, material);
         }
         for (rank, &stone) in geometry.stone_of_rank.iter().enumerate() {
             geometry.stones[stone as usize].rank = rank as Rank;
         }
         geometry.radius = geometry.positions.iter().map(|p| p.length()).fold(0.0, f64::max);
         geometry.contacts = geometry.any_near(geometry.radius * Self::CONTACT);
-        Ok((geometry, origin))
+        Ok(geometry)
+    }
+
+    /// Whether these stones would give this very geometry.
+    pub(super) fn is_of(&self, stones: &[Stone]) -> bool {
+        let made = self.stones.iter().zip(&self.sources);
+        let same = |(((prepared, source), stone), material): (((&PreparedStone, &Source), &Stone), u32)| {
+            source.place == place(stone)
+                && (prepared.material, prepared.conductor) == (material, stone.material.is_conductor())
+                && prepared.name == stone.name
+                && source.mesh.upgrade().is_some_and(|m| Arc::ptr_eq(&m, &stone.mesh) || m == stone.mesh)
+        };
+        self.stones.len() == stones.len() && made.zip(stones).zip(material_indices(stones)).all(same)
     }
 
     /// Empty, with the memory that the stones will take.
@@ -116,10 +148,10 @@ impl Geometry {
         }
     }
 
-    fn push(&mut self, placed: &Placed, origin: DVec3, material: u32) {
+    fn push(&mut self, placed: &Placed, material: u32) {
         let Placed { stone: Stone { mesh, name, material: substance, .. }, placement, bounds: (low, high) } =
             placed;
-        let stone = self.stones.len() as u32;
+        let (stone, origin) = (self.stones.len() as u32, self.origin);
         let (vertex, triangle, facet) =
             (self.positions.len() as u32, self.triangles.len() as u32, self.facets.len() as u32);
         self.positions.extend(mesh.positions().iter().map(|p| placement.point(*p) - origin));
@@ -129,6 +161,7 @@ impl Geometry {
             let Plane { normal, offset } = placement.plane(&f.plane);
             FacetPlane { normal, offset: offset - normal.dot(origin), stone }
         }));
+        self.sources.push(Source { mesh: Arc::downgrade(mesh), place: place(placed.stone) });
         self.stones.push(PreparedStone {
             name: name.clone(),
             facets: facet..self.facets.len() as u32,
@@ -211,7 +244,9 @@ pub(super) fn material_indices(stones: &[Stone]) -> Vec<u32> {
     stones
         .iter()
         .map(|stone| {
-            let known = distinct.iter().position(|d| d.material == stone.material);
+            let known = distinct
+                .iter()
+                .position(|d| Arc::ptr_eq(&d.material, &stone.material) || d.material == stone.material);
             known.unwrap_or_else(|| {
                 distinct.push(stone);
                 distinct.len() - 1

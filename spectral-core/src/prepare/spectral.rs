@@ -2,9 +2,17 @@
 
 use super::geometry::material_indices;
 use crate::{
-    Error, Warning, color::Response, material::Material, scene::Scene, settings::RenderSettings,
-    upsample::Upsampler, wavelength::WavelengthGrid,
+    Error, Warning,
+    cie::Illuminant,
+    color::Response,
+    environment::Environment,
+    material::Material,
+    scene::{Scene, Stone},
+    settings::RenderSettings,
+    upsample::Upsampler,
+    wavelength::WavelengthGrid,
 };
+use std::sync::Arc;
 
 /// The optics of a material at one wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -39,74 +47,130 @@ const MOST_GRIDS: u32 = 256;
 /// than with as many grids, which take longer to make than that is worth.
 const MOST_GRIDS_ON_LATTICE: u32 = 243;
 
-/// One table for all samples, or one a sample where wavelengths are jittered.
-pub(super) fn tables(
-    scene: &Scene,
-    settings: &RenderSettings,
-    warnings: &mut Vec<Warning>,
-) -> Result<Vec<SpectralTable>, Error> {
-    let grid = &settings.wavelengths;
-    let materials = distinct_materials(scene);
-    for material in &materials {
-        warnings.extend(material.check(grid.range())?);
-    }
-    let jitter = settings.jitter && grid.can_jitter() && settings.samples > 1;
-    let most = if settings.tolerance > 0.0 { MOST_GRIDS_ON_LATTICE } else { MOST_GRIDS };
-    let grids = if jitter { settings.samples.min(most) } else { 1 };
-    let tables = (0..grids)
-        .map(|sample| SpectralTable::new(&settings.grid(sample), scene, &materials))
-        .collect::<Result<Vec<_>, _>>()?;
-    warnings.extend(coarseness(&tables));
-    Ok(tables.into_iter().map(|(table, _)| table).collect())
+/// The optics of a scene.
+#[derive(Debug)]
+pub struct Optics {
+    /// One table for all samples, or one a sample where wavelengths are jittered.
+    pub tables: Vec<SpectralTable>,
+    pub(super) warnings: Vec<Warning>,
+    grids: Arc<Grids>,
+    materials: Vec<Arc<Material>>,
+    illuminant: Illuminant,
+    scale: f64,
 }
 
-fn distinct_materials(scene: &Scene) -> Vec<&Material> {
+impl Optics {
+    /// The optics of a scene; those made `before` where they are the same, and of them what can be kept.
+    pub(super) fn new(
+        scene: &Scene,
+        settings: &RenderSettings,
+        before: Option<&Arc<Optics>>,
+    ) -> Result<Arc<Self>, Error> {
+        let materials = distinct_materials(&scene.stones);
+        let Environment { illuminant, scale, .. } = &scene.environment;
+        let before = before.filter(|before| before.grids.key == Grids::key(settings));
+        if let Some(before) = before
+            && (&before.materials, &before.illuminant, before.scale) == (&materials, illuminant, *scale)
+        {
+            return Ok(before.clone());
+        }
+        let mut warnings = Vec::new();
+        for material in &materials {
+            warnings.extend(material.check(settings.wavelengths.range())?);
+        }
+        let grids = before.map_or_else(|| Grids::new(settings).map(Arc::new), |b| Ok(b.grids.clone()))?;
+        warnings.extend(grids.warning());
+        let tables = grids.grids.iter().map(|grid| SpectralTable::new(grid, scene, &materials)).collect();
+        Ok(Arc::new(Optics {
+            tables,
+            warnings,
+            grids,
+            materials,
+            illuminant: illuminant.clone(),
+            scale: *scale,
+        }))
+    }
+}
+
+fn distinct_materials(stones: &[Stone]) -> Vec<Arc<Material>> {
     let mut materials = Vec::new();
-    for (stone, index) in scene.stones.iter().zip(material_indices(&scene.stones)) {
+    for (stone, index) in stones.iter().zip(material_indices(stones)) {
         if index as usize == materials.len() {
-            materials.push(&*stone.material);
+            materials.push(stone.material.clone());
         }
     }
     materials
 }
 
-/// How well a grid carries colour.
-struct Quality {
-    white_exact: bool,
-    residual: f64,
+/// The samples' wavelength grids with the colours that they carry. This is what takes time; it depends on the settings
+/// alone.
+#[derive(Debug)]
+struct Grids {
+    key: GridKey,
+    grids: Vec<Grid>,
 }
 
-fn coarseness(tables: &[(SpectralTable, Quality)]) -> Option<Warning> {
-    let residual = tables.iter().map(|(_, q)| q.residual).fold(0.0, f64::max);
-    let count = tables.first().map_or(0, |(t, _)| t.wavelengths.len());
-    if tables.iter().any(|(_, q)| !q.white_exact) {
-        return Some(Warning::new(format!(
-            "{count} wavelengths cannot carry white: the picture shows the colour of these wavelengths alone"
-        )));
+/// What grids depend on: the wavelengths, whether they are jittered, whether along a lattice, and how many grids.
+type GridKey = (WavelengthGrid, bool, bool, u32);
+
+#[derive(Debug)]
+struct Grid {
+    wavelengths: WavelengthGrid,
+    response: Response,
+    upsampler: Upsampler,
+}
+
+impl Grids {
+    fn key(settings: &RenderSettings) -> GridKey {
+        let RenderSettings { wavelengths, jitter, samples, tolerance, .. } = settings;
+        let lattice = *tolerance > 0.0;
+        let most = if lattice { MOST_GRIDS_ON_LATTICE } else { MOST_GRIDS };
+        let moves = *jitter && wavelengths.can_jitter();
+        (wavelengths.clone(), *jitter, lattice, if moves { (*samples).min(most) } else { 1 })
     }
-    (residual > 4e-3).then(|| {
-        Warning::new(format!(
-            "{count} wavelengths are too few to show every colour of the environment: saturated ones are off \
-             by up to {:.1} % (8 wavelengths or more are exact)",
-            100.0 * residual
-        ))
-    })
+
+    fn new(settings: &RenderSettings) -> Result<Self, Error> {
+        let key = Self::key(settings);
+        let grid = |sample| {
+            let wavelengths = settings.grid(sample);
+            let response = Response::new(&wavelengths)?;
+            let upsampler = Upsampler::new(&wavelengths, &response)?;
+            Ok(Grid { wavelengths, response, upsampler })
+        };
+        let grids = (0..key.3).map(grid).collect::<Result<_, Error>>()?;
+        Ok(Grids { key, grids })
+    }
+
+    /// How well the grids carry colour, if not well.
+    fn warning(&self) -> Option<Warning> {
+        let count = self.key.0.len();
+        if self.grids.iter().any(|grid| !grid.response.white_exact()) {
+            return Some(Warning::new(format!(
+                "{count} wavelengths cannot carry white: the picture shows the colour of these wavelengths alone"
+            )));
+        }
+        let residual = self.grids.iter().map(|grid| grid.upsampler.residual()).fold(0.0, f64::max);
+        (residual > 4e-3).then(|| {
+            Warning::new(format!(
+                "{count} wavelengths are too few to show every colour of the environment: saturated ones are off \
+                 by up to {:.1} % (8 wavelengths or more are exact)",
+                100.0 * residual
+            ))
+        })
+    }
 }
 
 impl SpectralTable {
-    fn new(grid: &WavelengthGrid, scene: &Scene, materials: &[&Material]) -> Result<(Self, Quality), Error> {
-        let response = Response::new(grid)?;
-        let upsampler = Upsampler::new(grid, &response)?;
-        let quality = Quality { white_exact: response.white_exact(), residual: upsampler.residual() };
-        let lit = upsampler.with_illuminant(&scene.environment.illuminant);
+    fn new(grid: &Grid, scene: &Scene, materials: &[Arc<Material>]) -> Self {
+        let lit = grid.upsampler.clone().with_illuminant(&scene.environment.illuminant);
         let scale = scene.environment.scale;
-        let wavelengths = grid.nm().to_vec();
+        let wavelengths = grid.wavelengths.nm().to_vec();
         let basis = (0..wavelengths.len())
             .map(|i| std::array::from_fn(|base| lit.basis()[base][i] * scale))
             .collect();
         let media =
             materials.iter().map(|m| wavelengths.iter().map(|&nm| Medium::new(m, nm)).collect()).collect();
-        Ok((SpectralTable { response: response.xyz().to_vec(), basis, media, wavelengths }, quality))
+        SpectralTable { response: grid.response.xyz().to_vec(), basis, media, wavelengths }
     }
 }
 

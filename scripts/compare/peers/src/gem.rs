@@ -33,7 +33,7 @@ pub fn picture(samples: u32, first: u32, file: &Path) -> Result<Value, Failure> 
     let studio = scene::studio(Studio::Grey)?;
     let (width, height) = (studio.width() as usize, studio.height() as usize);
     let map = EnvironmentMap::from_rgb(width, height, studio.texels().to_vec())?;
-    let camera = camera(scene.origin);
+    let camera = camera(scene.geometry.origin);
     let frame = FrameScene {
         camera: &camera,
         width: scene::SIZE,

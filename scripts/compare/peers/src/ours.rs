@@ -86,8 +86,8 @@ pub fn describe(folder: &Path) -> Result<Value, Failure> {
     Ok(json!({
         "size": scene::SIZE,
         "fov": scene::FOV,
-        "position": (camera.position - scene.origin).to_array(),
-        "look_at": (camera.look_at - scene.origin).to_array(),
+        "position": (camera.position - scene.geometry.origin).to_array(),
+        "look_at": (camera.look_at - scene.geometry.origin).to_array(),
         "studio": [studio.width(), studio.height()],
         "wavelengths": table.wavelengths,
         "index": table.media[0].iter().map(|medium| medium.n).collect::<Vec<_>>(),
