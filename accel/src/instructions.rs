@@ -88,23 +88,42 @@ impl Found {
         match self.0 {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: a value of this type is made only where `available` has found the features.
-            Instructions::Avx512 => unsafe { avx512(task) },
+            Instructions::Avx512 => unsafe { avx512::run(task) },
             #[cfg(target_arch = "x86_64")]
             // SAFETY: as above.
-            Instructions::Avx2 => unsafe { avx2(task) },
-            _ => task.run::<lanes::Portable>(),
+            Instructions::Avx2 => unsafe { avx2::run(task) },
+            _ => portable::run(task),
         }
     }
 }
 
+// Each in a module of its own: so the compiler translates them side by side.
+
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
-fn avx512<T: Task>(task: T) -> T::Output {
-    task.run::<lanes::Avx512>()
+mod avx512 {
+    use super::*;
+
+    #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
+    pub fn run<T: Task>(task: T) -> T::Output {
+        task.run::<lanes::Avx512>()
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
-fn avx2<T: Task>(task: T) -> T::Output {
-    task.run::<lanes::Avx2>()
+mod avx2 {
+    use super::*;
+
+    #[target_feature(enable = "avx2,fma,popcnt,bmi1,bmi2,lzcnt")]
+    pub fn run<T: Task>(task: T) -> T::Output {
+        task.run::<lanes::Avx2>()
+    }
+}
+
+mod portable {
+    use super::*;
+
+    #[inline(never)]
+    pub fn run<T: Task>(task: T) -> T::Output {
+        task.run::<lanes::Portable>()
+    }
 }

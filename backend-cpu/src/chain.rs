@@ -204,25 +204,29 @@ impl Paths<'_> {
         let lines = scene.wavelength_count() * self.samples;
         let mut batch = Batch::<V, F>::new(chain, light, self.blocks, self.radiances, self.ledger);
         let group = self.samples * self.pixels;
-        for (number, arrivals) in self.arrivals.chunks(group).enumerate() {
-            let blocks = if arrivals.len() == group { 0..self.last } else { self.last..self.blocks.len() };
-            if !behind && arrivals.iter().all(|arrival| !arrival.covered) {
-                continue;
+        let groups = self.arrivals.chunks(group).enumerate();
+        let mut packets = groups
+            .filter(|(_, arrivals)| behind || arrivals.iter().any(|arrival| arrival.covered))
+            .flat_map(|(number, arrivals)| {
+                let blocks =
+                    if arrivals.len() == group { 0..self.last } else { self.last..self.blocks.len() };
+                blocks.map(move |block| (block, number * self.pixels * lines, arrivals))
+            });
+        // All that a step does is inlined, so there is one place for it.
+        loop {
+            while !batch.is_full()
+                && let Some((block, place, arrivals)) = packets.next()
+            {
+                batch.enter(block, place, arrivals, behind);
             }
-            for block in blocks {
-                while batch.is_full() {
-                    batch.step();
-                    if (self.stop)() {
-                        return false;
-                    }
-                }
-                batch.enter(block, number * self.pixels * lines, arrivals, behind);
+            if batch.is_empty() {
+                return true;
             }
-        }
-        while !batch.is_empty() {
             batch.step();
+            if (self.stop)() {
+                return false;
+            }
         }
-        true
     }
 }
 

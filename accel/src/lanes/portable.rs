@@ -29,13 +29,25 @@ macro_rules! each {
     }};
 }
 
+/// Functions that are inlined where this is the fastest form there is. On x86-64 they are calls: what is inlined
+/// everywhere is a megabyte there, for processors that are rare.
+macro_rules! functions {
+    ($(fn $name:ident($($arguments:tt)*) -> $result:ty $body:block)*) => {$(
+        #[cfg_attr(target_arch = "x86_64", inline(never))]
+        #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
+        fn $name($($arguments)*) -> $result $body
+    )*};
+}
+
 macro_rules! operator {
     ($trait:ident, $method:ident, $operator:tt, $type:ident) => {
         impl $trait for $type {
             type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                each!($type, i => self.0[i] $operator other.0[i])
+
+            functions! {
+                fn $method(self, other: Self) -> Self {
+                    each!($type, i => self.0[i] $operator other.0[i])
+                }
             }
         }
     };
@@ -70,13 +82,14 @@ impl Mask for Flags {
         each!(Flags, i => u32::from(bits >> i & 1).wrapping_neg())
     }
 
-    #[inline(always)]
-    fn bits(self) -> u16 {
-        let mut bits = 0;
-        for i in 0..WIDTH {
-            bits |= ((self.0[i] & 1) as u16) << i;
+    functions! {
+        fn bits(self) -> u16 {
+            let mut bits = 0;
+            for i in 0..WIDTH {
+                bits |= ((self.0[i] & 1) as u16) << i;
+            }
+            bits
         }
-        bits
     }
 }
 
@@ -99,95 +112,84 @@ impl Lanes for Portable {
         row.0 = self.0;
     }
 
-    #[inline(always)]
-    fn fma(self, a: Self, b: Self) -> Self {
-        Portable(fused(&self.0, &a.0, &b.0))
-    }
-
-    #[inline(always)]
-    fn fnma(self, a: Self, b: Self) -> Self {
-        Portable(fused(&(-self).0, &a.0, &b.0))
-    }
-
-    #[inline(always)]
-    fn sqrt(self) -> Self {
-        each!(Portable, i => self.0[i].sqrt())
-    }
-
-    #[inline(always)]
-    fn min(self, other: Self) -> Self {
-        each!(Portable, i => if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] })
-    }
-
-    #[inline(always)]
-    fn max(self, other: Self) -> Self {
-        each!(Portable, i => if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] })
-    }
-
-    #[inline(always)]
-    fn abs(self) -> Self {
-        each!(Portable, i => self.0[i].abs())
-    }
-
-    #[inline(always)]
-    fn floor(self) -> Self {
-        // Not f32::floor, which is a call where SSE4.1 is not to be had. Values beyond the integers, which are
-        // whole, are none of the callers'.
-        each!(Portable, i => {
-            let whole = self.0[i] as i32 as f32;
-            if whole > self.0[i] { whole - 1.0 } else { whole }
-        })
-    }
-
-    #[inline(always)]
-    fn lt(self, other: Self) -> Flags {
-        each!(Flags, i => u32::from(self.0[i] < other.0[i]).wrapping_neg())
-    }
-
-    #[inline(always)]
-    fn select(mask: Flags, yes: Self, no: Self) -> Self {
-        each!(Portable, i => f32::from_bits(
-            yes.0[i].to_bits() & mask.0[i] | no.0[i].to_bits() & !mask.0[i]
-        ))
-    }
-
-    #[inline(always)]
-    fn power_of_two(self) -> Self {
-        each!(Portable, i => f32::from_bits(((self.0[i] as i32 + 127) as u32) << 23))
-    }
-
-    #[inline(always)]
-    fn least(self) -> f32 {
-        let mut least = self.0[0];
-        for i in 1..WIDTH {
-            least = if self.0[i] < least { self.0[i] } else { least };
+    functions! {
+        fn fma(self, a: Self, b: Self) -> Self {
+            Portable(fused(&self.0, &a.0, &b.0))
         }
-        least
-    }
 
-    #[inline(always)]
-    fn offsets(mask: Flags, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
-        let mut offsets = [0; WIDTH];
-        for i in 0..WIDTH {
-            let offset = (row.0[i] as i32 as u32).wrapping_mul(pitch);
-            offsets[i] = offset.wrapping_add(3 * (column.0[i] as i32 as u32)) & mask.0[i];
+        fn fnma(self, a: Self, b: Self) -> Self {
+            Portable(fused(&(-self).0, &a.0, &b.0))
         }
-        offsets
-    }
 
-    #[inline(always)]
-    fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3] {
-        let mut colours = [[0.0; WIDTH]; 3];
-        for i in 0..WIDTH {
-            let top = &texels[offsets[i] as usize..][..8];
-            let bottom = &texels[offsets[i] as usize + pitch as usize..][..8];
-            for k in 0..3 {
-                let left = scalar_fused(bottom[k] - top[k], down.0[i], top[k]);
-                let right = scalar_fused(bottom[k + 3] - top[k + 3], down.0[i], top[k + 3]);
-                colours[k][i] = scalar_fused(right - left, across.0[i], left);
+        fn sqrt(self) -> Self {
+            each!(Portable, i => self.0[i].sqrt())
+        }
+
+        fn min(self, other: Self) -> Self {
+            each!(Portable, i => if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] })
+        }
+
+        fn max(self, other: Self) -> Self {
+            each!(Portable, i => if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] })
+        }
+
+        fn abs(self) -> Self {
+            each!(Portable, i => self.0[i].abs())
+        }
+
+        fn floor(self) -> Self {
+            // Not f32::floor, which is a call where SSE4.1 is not to be had. Values beyond the integers, which are
+            // whole, are none of the callers'.
+            each!(Portable, i => {
+                let whole = self.0[i] as i32 as f32;
+                if whole > self.0[i] { whole - 1.0 } else { whole }
+            })
+        }
+
+        fn lt(self, other: Self) -> Flags {
+            each!(Flags, i => u32::from(self.0[i] < other.0[i]).wrapping_neg())
+        }
+
+        fn select(mask: Flags, yes: Self, no: Self) -> Self {
+            each!(Portable, i => f32::from_bits(
+                yes.0[i].to_bits() & mask.0[i] | no.0[i].to_bits() & !mask.0[i]
+            ))
+        }
+
+        fn power_of_two(self) -> Self {
+            each!(Portable, i => f32::from_bits(((self.0[i] as i32 + 127) as u32) << 23))
+        }
+
+        fn least(self) -> f32 {
+            let mut least = self.0[0];
+            for i in 1..WIDTH {
+                least = if self.0[i] < least { self.0[i] } else { least };
             }
+            least
         }
-        colours.map(Portable)
+
+        fn offsets(mask: Flags, row: Self, column: Self, pitch: u32) -> [u32; WIDTH] {
+            let mut offsets = [0; WIDTH];
+            for i in 0..WIDTH {
+                let offset = (row.0[i] as i32 as u32).wrapping_mul(pitch);
+                offsets[i] = offset.wrapping_add(3 * (column.0[i] as i32 as u32)) & mask.0[i];
+            }
+            offsets
+        }
+
+        fn bilinear(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, across: Self, down: &Row) -> [Self; 3] {
+            let mut colours = [[0.0; WIDTH]; 3];
+            for i in 0..WIDTH {
+                let top = &texels[offsets[i] as usize..][..8];
+                let bottom = &texels[offsets[i] as usize + pitch as usize..][..8];
+                for k in 0..3 {
+                    let left = scalar_fused(bottom[k] - top[k], down.0[i], top[k]);
+                    let right = scalar_fused(bottom[k + 3] - top[k + 3], down.0[i], top[k + 3]);
+                    colours[k][i] = scalar_fused(right - left, across.0[i], left);
+                }
+            }
+            colours.map(Portable)
+        }
     }
 
     #[inline(always)]
@@ -214,25 +216,29 @@ const HALF_WAY: u64 = 1 << 28;
 /// subnormal f32. Those lanes are done by the (slow) library function.
 #[inline(always)]
 fn fused(a: &[f32; WIDTH], b: &[f32; WIDTH], c: &[f32; WIDTH]) -> [f32; WIDTH] {
+    if FUSED { exactly_fused(a, b, c) } else { fused_in_double(a, b, c) }
+}
+
+#[inline(always)]
+fn exactly_fused(a: &[f32; WIDTH], b: &[f32; WIDTH], c: &[f32; WIDTH]) -> [f32; WIDTH] {
     let mut result = [0.0; WIDTH];
-    if FUSED {
-        for i in 0..WIDTH {
-            result[i] = a[i].mul_add(b[i], c[i]);
-        }
-        return result;
+    for i in 0..WIDTH {
+        result[i] = a[i].mul_add(b[i], c[i]);
     }
+    result
+}
+
+/// A function of its own: it is much code, and stands wherever something is multiplied.
+#[inline(never)]
+fn fused_in_double(a: &[f32; WIDTH], b: &[f32; WIDTH], c: &[f32; WIDTH]) -> [f32; WIDTH] {
+    let mut result = [0.0; WIDTH];
     let mut doubtful = 0u64;
     for i in 0..WIDTH {
         let sum = f64::from(a[i]) * f64::from(b[i]) + f64::from(c[i]);
         result[i] = sum as f32;
         doubtful |= u64::from(is_doubtful(sum));
     }
-    if doubtful != 0 {
-        for i in 0..WIDTH {
-            result[i] = a[i].mul_add(b[i], c[i]);
-        }
-    }
-    result
+    if doubtful == 0 { result } else { exactly_fused(a, b, c) }
 }
 
 #[inline(always)]

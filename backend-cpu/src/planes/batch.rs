@@ -93,22 +93,36 @@ impl Planes {
         for (open, beam) in open.iter_mut().zip(beams) {
             *open = beam.alive;
         }
-        leads.choose(beams, &open);
-        self.guess::<V>(&mut leads, Round::First);
+        let mut round = Round::First;
+        while leads.count > 0 {
+            leads.choose(beams, &open);
+            self.guess::<V>(&mut leads, round);
+            if round == Round::First {
+                self.begin(beams, exits, &mut open, &mut leads);
+                round = Round::Second;
+            } else {
+                self.settle(beams, exits, &mut open, &mut leads, round);
+                round = Round::Later;
+            }
+        }
+    }
+
+    /// Verifies the first guesses, of which there is one for each packet.
+    #[inline(always)]
+    fn begin<V: Lanes>(
+        &self,
+        beams: &[Beam],
+        exits: &mut [Exit<V>],
+        open: &mut [u16; BATCH],
+        leads: &mut Leads,
+    ) {
         leads.count = 0;
-        for (k, (beam, exit)) in beams.iter().zip(exits.iter_mut()).enumerate() {
+        for (k, (beam, exit)) in beams.iter().zip(exits).enumerate() {
             let (met, inside) = self.verify_beam(beam, leads.facet[k]);
             *exit = met;
             open[k] &= !inside;
             leads.packet[leads.count] = k as u8;
             leads.count += usize::from(open[k] != 0);
-        }
-        let mut round = Round::Second;
-        while leads.count > 0 {
-            leads.choose(beams, &open);
-            self.guess::<V>(&mut leads, round);
-            self.settle(beams, exits, &mut open, &mut leads, round);
-            round = Round::Later;
         }
     }
 
@@ -125,15 +139,18 @@ impl Planes {
         let mut kept = 0;
         for i in 0..leads.count {
             let k = usize::from(leads.packet[i]) % BATCH;
-            let (met, inside) = self.verify_beam(&beams[k], leads.facet[i]);
-            open[k] &= !exits[k].accept(&met, open[k] & inside);
-            if round == Round::Later && open[k] & leads.lane[i] != 0 {
-                // Near an edge: one ray in ten thousand.
-                let ray = beams[k].ray(leads.lane[i].trailing_zeros() as usize);
-                let [facet, _] = self.search::<V>([ray; 2]);
-                let (met, _) = self.verify_beam(&beams[k], facet as u16);
+            let (mut facet, mut found) = (leads.facet[i], 0);
+            loop {
+                let (met, inside) = self.verify_beam(&beams[k], facet);
                 // What a search has found needs no second opinion.
-                open[k] &= !exits[k].accept(&met, leads.lane[i]);
+                open[k] &= !exits[k].accept(&met, open[k] & (inside | found));
+                if round != Round::Later || open[k] & leads.lane[i] == 0 {
+                    break;
+                }
+                // Near an edge: one ray in ten thousand.
+                found = leads.lane[i];
+                let ray = beams[k].ray(found.trailing_zeros() as usize);
+                facet = self.search::<V>([ray; 2])[0] as u16;
             }
             leads.packet[kept] = k as u8;
             kept += usize::from(open[k] != 0);
