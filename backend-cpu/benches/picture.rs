@@ -66,7 +66,7 @@ fn open(stones: Vec<Stone>, size: u32, wavelengths: usize, polarized: bool) -> (
     let scene = Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"));
     let mut film = Film::new(&scene);
     let mut tracer =
-        (CPU.open)(&(CPU.devices)()[0], scene, &OpenOptions::default()).expect("the processor opens");
+        CPU.tracer(&(CPU.devices)()[0], scene, &OpenOptions::default()).expect("the processor opens");
     let rays = trace(tracer.as_mut(), &mut film).rays;
     (tracer, film, rays)
 }

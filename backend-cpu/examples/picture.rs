@@ -24,7 +24,7 @@ fn main() -> Result<(), spectral_core::Error> {
     let scene = Scene { camera, width: 72, height: 36, background, environment, stones: vec![stone] };
     let prepared = Arc::new(PreparedScene::new(&scene, &RenderSettings::default())?);
     let cpu = backend_cpu::CPU;
-    let mut tracer = (cpu.open)(&(cpu.devices)()[0], prepared.clone(), &OpenOptions::default())?;
+    let mut tracer = cpu.tracer(&(cpu.devices)()[0], prepared.clone(), &OpenOptions::default())?;
     let mut film = Film::new(&prepared);
     let report = tracer.trace(0..prepared.settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
     for y in 0..film.height() {

@@ -20,7 +20,7 @@ use spectral_core::{
     scene::Background,
     settings::Leftover,
     stokes::Scalar,
-    tracer::{DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
     upsample::smits::Weights,
 };
 use std::marker::PhantomData;
@@ -31,14 +31,13 @@ use surface::{Crossing, Surfaces};
 const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0 };
 
 /// Opens the oracle for a scene.
-pub(crate) fn open(
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
-    options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    let surfaces = Surfaces::new(&scene.geometry);
-    let workers = schedule::workers(options)?;
-    Ok(Box::new(Reference { device: device.clone(), scene, surfaces, options: *options, workers }))
+pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
+    let (device, options) = (device.clone(), *options);
+    Ok(Box::new(move |scene: Arc<PreparedScene>| {
+        let surfaces = Surfaces::new(&scene.geometry);
+        let (device, workers) = (device.clone(), schedule::workers(&options)?);
+        Ok(Box::new(Reference { device, scene, surfaces, options, workers }) as Box<dyn Tracer>)
+    }))
 }
 
 struct Reference {

@@ -173,8 +173,8 @@ pub(crate) fn trace<K: TileTracer>(
         finished: outcome.as_ref().is_ok_and(|finished| *finished),
         rays: ledger.rays(),
         energy: ledger.energy(),
-        build: Duration::ZERO,
         trace: start.elapsed(),
+        ..TraceReport::default()
     };
     match outcome {
         Ok(_) => Ok(report),

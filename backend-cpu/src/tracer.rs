@@ -13,30 +13,22 @@ use spectral_core::{
     Error,
     film::Film,
     prepare::PreparedScene,
-    tracer::{DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Opens the CPU for a scene, in the best instruction set that it has.
-pub(crate) fn open(
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
-    options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    open_in(Instructions::best(), device, scene, options)
+/// Opens the CPU, in the best instruction set that it has.
+pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
+    open_in(Instructions::best(), device, options)
 }
 
 /// An [`OpenDevice`](spectral_core::tracer::OpenDevice) for one instruction set.
 macro_rules! open_in {
     ($name:ident, $instructions:ident) => {
-        pub(crate) fn $name(
-            device: &DeviceInfo,
-            scene: Arc<PreparedScene>,
-            options: &OpenOptions,
-        ) -> Result<Box<dyn Tracer>, Error> {
-            open_in(Instructions::$instructions, device, scene, options)
+        pub(crate) fn $name(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
+            open_in(Instructions::$instructions, device, options)
         }
     };
 }
@@ -48,18 +40,20 @@ open_in!(open_portable, Portable);
 fn open_in(
     instructions: Instructions,
     device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
     options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    let start = Instant::now();
-    let path = match Chain::new(&scene, instructions) {
-        Some(chain) => Path::Chain(chain),
-        None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?, instructions)),
-    };
-    let light = Light::new(&scene.environment);
-    let workers = schedule::workers(options)?;
-    let build = Some(start.elapsed());
-    Ok(Box::new(CpuTracer { device: device.clone(), path, light, scene, options: *options, workers, build }))
+) -> Result<Box<dyn Device>, Error> {
+    let (device, options) = (device.clone(), *options);
+    Ok(Box::new(move |scene: Arc<PreparedScene>| {
+        let start = Instant::now();
+        let path = match Chain::new(&scene, instructions) {
+            Some(chain) => Path::Chain(chain),
+            None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?, instructions)),
+        };
+        let light = Light::new(&scene.environment);
+        let (device, workers) = (device.clone(), schedule::workers(&options)?);
+        let build = Some(start.elapsed());
+        Ok(Box::new(CpuTracer { device, path, light, scene, options, workers, build }) as Box<dyn Tracer>)
+    }))
 }
 
 /// How paths find their surfaces in this scene.

@@ -47,7 +47,7 @@ fn pictures(criterion: &mut Criterion) {
             // Enough to fill a GPU; little enough for a software device.
             let scene = diamond(if device.hardware { 512 } else { 16 });
             let mut film = Film::new(&scene);
-            let opened = (backend.open)(&device, Arc::clone(&scene), &OpenOptions::default());
+            let opened = backend.tracer(&device, Arc::clone(&scene), &OpenOptions::default());
             let mut tracer = opened.expect("a device that is listed opens");
             group.throughput(Throughput::Elements(trace(tracer.as_mut(), &mut film).rays));
             let name = format!("{}, {form}", device.name);

@@ -3,20 +3,13 @@
 use crate::{
     Intersection,
     physical::{Driver, Limits, Physical, find},
+    submission::Submission,
 };
 use ash::{khr, vk};
-use spectral_core::{
-    Error,
-    kernel::schedule::{COMPILE_DEADLINE, HEARTBEAT, overdue},
-    tracer::DeviceInfo,
-};
+use spectral_core::{Error, kernel::schedule::COMPILE_DEADLINE, tracer::DeviceInfo};
 use std::mem::ManuallyDrop;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
-
-/// Invocations a workgroup: a multiple of every subgroup size in use.
-pub(crate) const WORKGROUP: u32 = 64;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An open device with one queue.
 pub(crate) struct Gpu {
@@ -29,8 +22,10 @@ pub(crate) struct Gpu {
     pub memory: vk::PhysicalDeviceMemoryProperties,
     /// Compiled pipelines, shared by those that are alike.
     pub cache: vk::PipelineCache,
-    queue: vk::Queue,
-    pool: vk::CommandPool,
+    /// The queue family in use.
+    pub family: u32,
+    /// Tracers of one device may be in several threads.
+    queue: Mutex<vk::Queue>,
     name: String,
     failed: AtomicBool,
     /// Outlives a failed device, which may still run in it.
@@ -46,7 +41,6 @@ impl Drop for Gpu {
         // is not used again.
         unsafe {
             self.device.destroy_pipeline_cache(self.cache, None);
-            self.device.destroy_command_pool(self.pool, None);
             self.device.destroy_device(None);
             ManuallyDrop::drop(&mut self.driver);
         }
@@ -97,15 +91,11 @@ impl Gpu {
         };
         // SAFETY: valid: the device has said that it has what is asked for.
         let device = unsafe { driver.instance.create_device(physical.handle, &info, None) }?;
-        let pool = vk::CommandPoolCreateInfo::default()
-            .flags(vk::CommandPoolCreateFlags::TRANSIENT)
-            .queue_family_index(physical.family);
         // SAFETY: valid, the family and queue as the device was created with. A failure here leaks a device, whose
         // driver has no memory left.
-        let (queue, pool, cache) = unsafe {
+        let (queue, cache) = unsafe {
             (
                 device.get_device_queue(physical.family, 0),
-                device.create_command_pool(&pool, None)?,
                 device.create_pipeline_cache(&vk::PipelineCacheCreateInfo::default(), None)?,
             )
         };
@@ -118,8 +108,8 @@ impl Gpu {
             limits: physical.limits,
             memory: physical.memory,
             cache,
-            queue,
-            pool,
+            family: physical.family,
+            queue: Mutex::new(queue),
             name: physical.name.clone(),
             failed: AtomicBool::new(false),
             driver: ManuallyDrop::new(driver),
@@ -151,9 +141,14 @@ impl Gpu {
         move |result| error(&name, &what, result)
     }
 
-    /// As [`Gpu::submit`], for copies and builds.
-    pub fn prepare(&self, record: impl FnOnce(vk::CommandBuffer)) -> Result<(), Error> {
-        self.submit(COMPILE_DEADLINE, record, &mut || ())
+    /// Records commands, such as copies and builds, sends them, and waits for their end.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails or hangs; it can then not be used any more.
+    pub fn prepare(self: &Arc<Self>, record: impl FnOnce(vk::CommandBuffer)) -> Result<(), Error> {
+        let mut submission = Submission::new(self)?;
+        submission.send(record)?;
+        submission.finish(COMPILE_DEADLINE)
     }
 
     /// Whether what was made with this device may be destroyed: not where the device may still use it.
@@ -161,65 +156,22 @@ impl Gpu {
         !self.failed.load(Ordering::Relaxed)
     }
 
-    /// Records commands, submits them, and waits for their end, calling `beat` now and then.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails, or hangs past the deadline; it can then not be used any more.
-    pub fn submit(
-        &self,
-        deadline: Duration,
-        record: impl FnOnce(vk::CommandBuffer),
-        beat: &mut dyn FnMut(),
-    ) -> Result<(), Error> {
-        let allocate =
-            vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
-        let begin = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: alive, valid, idle.
-        let commands = unsafe {
-            self.device
-                .reset_command_pool(self.pool, vk::CommandPoolResetFlags::RELEASE_RESOURCES)
-                .and_then(|()| self.device.allocate_command_buffers(&allocate))
-                .map_err(self.failure("commands"))?
-        };
-        // SAFETY: as above.
-        unsafe { self.device.begin_command_buffer(commands[0], &begin) }.map_err(self.failure("commands"))?;
-        record(commands[0]);
-        // SAFETY: valid: begun above.
-        unsafe { self.device.end_command_buffer(commands[0]) }.map_err(self.failure("commands"))?;
-        // SAFETY: alive.
-        let fence = unsafe { self.device.create_fence(&vk::FenceCreateInfo::default(), None) }
-            .map_err(self.failure("a fence"))?;
-        let submission = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: valid; the fence is new and what the commands use is alive until they have ended.
-        let outcome = unsafe { self.device.queue_submit(self.queue, &submission, fence) }
-            .map_err(self.failure("the work was refused"))
-            .and_then(|()| self.wait(deadline, fence, beat));
-        if outcome.is_err() {
-            self.failed.store(true, Ordering::Relaxed);
-            return outcome;
-        }
-        // SAFETY: idle. The commands are freed with the next reset of their pool.
-        unsafe {
-            self.device.destroy_fence(fence, None);
-            self.device.free_command_buffers(self.pool, &commands);
-        }
-        Ok(())
+    /// The device has failed or hangs: it is not used any more, and nothing of it is freed.
+    pub fn abandon(&self) {
+        self.failed.store(true, Ordering::Relaxed);
     }
 
-    fn wait(&self, deadline: Duration, fence: vk::Fence, beat: &mut dyn FnMut()) -> Result<(), Error> {
-        let start = Instant::now();
-        let patience = HEARTBEAT.min(deadline).as_nanos() as u64;
-        loop {
-            // SAFETY: alive.
-            match unsafe { self.device.wait_for_fences(&[fence], true, patience) } {
-                Ok(()) => return Ok(()),
-                Err(vk::Result::TIMEOUT) => beat(),
-                Err(result) => return Err(self.failure("the kernel")(result)),
-            }
-            if start.elapsed() > deadline {
-                return Err(self.error(overdue(deadline)));
-            }
-        }
+    /// Sends recorded commands; the fence, which is not signalled, will say when they have ended.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the driver refuses; the device can then not be used any more.
+    pub fn submit(&self, commands: &[vk::CommandBuffer], fence: vk::Fence) -> Result<(), Error> {
+        let submission = [vk::SubmitInfo::default().command_buffers(commands)];
+        let queue = self.queue.lock().unwrap_or_else(PoisonError::into_inner);
+        // SAFETY: valid; what the commands use is alive until they have ended.
+        unsafe { self.device.queue_submit(*queue, &submission, fence) }
+            .map_err(self.failure("the work was refused"))
+            .inspect_err(|_| self.abandon())
     }
 }
 

@@ -2,13 +2,14 @@
 //!
 //! * `physical`: the loader, physical devices, and what they offer or lack.
 //! * `device`: an open device.
+//! * `submission`: commands that the device works on while the host goes on.
 //! * `memory`: buffers and images.
 //! * `acceleration_structure`: the driver's hierarchy over our triangles.
 //! * `shader`: WGSL to SPIR-V.
-//! * `pipeline`: an entry point with what is bound to it.
+//! * `pipeline`: a compiled entry point, and what is bound to it.
 //! * `binding_table`: the shaders of a ray-tracing pipeline, as rays find them.
 //! * `kernel`: a prepared scene on the device.
-//! * `tracer`: batches of camera rays through the kernel.
+//! * `tracer`: an open device that shows scene after scene, and its batches.
 //!
 //! Rays find surfaces in one of the forms of [`Intersection`], the best that the device offers unless one is asked for
 //! ([`Intersection::backend`], [`open_with`]). A device needs Vulkan 1.3. The loader is found at run time: without one there are no devices.
@@ -17,9 +18,10 @@
 //! Every call of the API is unsafe. What they ask for falls into a few rules, which the comments refer to:
 //! * **alive**: handles passed were created from the same device and are destroyed by the `Drop` of the value that
 //!   owns them. Whatever owns one holds its `Gpu` too, so the device goes last.
-//! * **idle**: one queue, one thread, and every submission is waited for before `Gpu::submit`
-//!   returns, so nothing that the host writes, reads or destroys is in use. If the wait fails or the device hangs,
-//!   the device counts as failed for good and what it may still use is leaked.
+//! * **idle**: what the host writes, reads or destroys is used by no submission that may still be under way: uploads are
+//!   waited for, and what a batch has for itself is touched only before it is sent and after it has ended. A `Submission`
+//!   waits for its end when it is dropped, and stands before what it uses. If a wait fails or the device hangs, the
+//!   device counts as failed for good and what it may still use is leaked.
 //! * **valid**: structures are filled as the specification asks, with lifetimes that the borrow checker sees.
 
 mod acceleration_structure;
@@ -30,6 +32,7 @@ mod memory;
 mod physical;
 mod pipeline;
 mod shader;
+mod submission;
 mod tracer;
 
 pub use tracer::{open_guessing, open_with};
@@ -55,17 +58,15 @@ pub const VULKAN: Backend = Backend {
 /// ```
 pub fn guessing(guess: Guess) -> Backend {
     match guess {
-        Guess::Nothing => Backend {
-            open: |device, scene, options| open_guessing(Guess::Nothing, device, scene, options),
-            ..VULKAN
-        },
-        Guess::Start => Backend {
-            open: |device, scene, options| open_guessing(Guess::Start, device, scene, options),
-            ..VULKAN
-        },
+        Guess::Nothing => {
+            Backend { open: |device, options| open_guessing(Guess::Nothing, device, options), ..VULKAN }
+        }
+        Guess::Start => {
+            Backend { open: |device, options| open_guessing(Guess::Start, device, options), ..VULKAN }
+        }
         Guess::Subgroup => Backend {
             devices: physical::devices_with_subgroups,
-            open: |device, scene, options| open_guessing(Guess::Subgroup, device, scene, options),
+            open: |device, options| open_guessing(Guess::Subgroup, device, options),
             ..VULKAN
         },
     }
@@ -99,17 +100,17 @@ impl Intersection {
         match self {
             Intersection::RayQuery => Backend {
                 devices: || physical::devices_with(Intersection::RayQuery),
-                open: |device, scene, options| open_with(Intersection::RayQuery, device, scene, options),
+                open: |device, options| open_with(Intersection::RayQuery, device, options),
                 ..VULKAN
             },
             Intersection::Pipeline => Backend {
                 devices: || physical::devices_with(Intersection::Pipeline),
-                open: |device, scene, options| open_with(Intersection::Pipeline, device, scene, options),
+                open: |device, options| open_with(Intersection::Pipeline, device, options),
                 ..VULKAN
             },
             Intersection::Software => Backend {
                 devices: || physical::devices_with(Intersection::Software),
-                open: |device, scene, options| open_with(Intersection::Software, device, scene, options),
+                open: |device, options| open_with(Intersection::Software, device, options),
                 ..VULKAN
             },
         }

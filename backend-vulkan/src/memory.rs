@@ -169,7 +169,7 @@ impl Buffer {
         }
         let gpu = &self.memory.gpu;
         let staging = Buffer::host(gpu, what, contents.len() as u64)?;
-        staging.write(contents)?;
+        staging.write(&[contents])?;
         gpu.prepare(|commands| self.copy_from(commands, &staging, 0, 0, contents.len() as u64))
     }
 
@@ -186,15 +186,19 @@ impl Buffer {
         unsafe { self.memory.gpu.device.cmd_update_buffer(commands, self.handle, 0, contents) };
     }
 
-    /// Writes the first bytes of a buffer of the host's.
-    pub fn write(&self, contents: &[u8]) -> Result<(), Error> {
-        debug_assert!(contents.len() as u64 <= self.bytes);
-        let at = self.map()?;
-        // SAFETY: idle; the mapping is of the whole buffer, which is no smaller.
-        unsafe {
-            at.copy_from_nonoverlapping(contents.as_ptr(), contents.len());
-            self.memory.gpu.device.unmap_memory(self.memory.handle);
+    /// Writes pieces, one after another, from the first byte of a buffer of the host's on.
+    pub fn write(&self, pieces: &[&[u8]]) -> Result<(), Error> {
+        assert!(pieces.iter().map(|piece| piece.len() as u64).sum::<u64>() <= self.bytes);
+        let mut at = self.map()?;
+        for piece in pieces {
+            // SAFETY: idle; the mapping is of the whole buffer, which is no smaller than all pieces together.
+            unsafe {
+                at.copy_from_nonoverlapping(piece.as_ptr(), piece.len());
+                at = at.add(piece.len());
+            }
         }
+        // SAFETY: alive, mapped above.
+        unsafe { self.memory.gpu.device.unmap_memory(self.memory.handle) };
         Ok(())
     }
 
@@ -321,7 +325,7 @@ impl Image {
     fn fill(&self, what: &str, width: u32, row: u32, rows: u32, bytes: &[u8]) -> Result<(), Error> {
         let gpu = &self.memory.gpu;
         let staging = Buffer::host(gpu, what, bytes.len() as u64)?;
-        staging.write(bytes)?;
+        staging.write(&[bytes])?;
         let layers = vk::ImageSubresourceLayers {
             aspect_mask: vk::ImageAspectFlags::COLOR,
             mip_level: 0,

@@ -1,11 +1,11 @@
 //! The loader, physical devices, and what they offer or lack.
 
-use crate::{
-    Intersection,
-    device::{WORKGROUP, reason},
-};
+use crate::{Intersection, device::reason};
 use ash::{khr, vk};
-use spectral_core::tracer::{DeviceInfo, Unusable};
+use spectral_core::{
+    kernel::WORKGROUP,
+    tracer::{DeviceInfo, Unusable},
+};
 use std::ffi::CStr;
 
 /// What `trace` and `gather` bind at most.
@@ -94,8 +94,6 @@ pub(crate) struct Limits {
     pub workgroup_memory: u32,
     /// Whether compute shaders have the subgroup operations that the kernel uses.
     pub subgroups: bool,
-    /// Workgroups of a dispatch.
-    pub workgroups: u32,
     /// Texels along the edge of an image.
     pub image: u32,
     /// Triangles of an acceleration structure.
@@ -151,7 +149,6 @@ impl Physical {
             storage: u64::from(plain.limits.max_storage_buffer_range).min(maintenance.max_buffer_size),
             workgroup_memory: plain.limits.max_compute_shared_memory_size,
             subgroups: has_subgroups(&subgroups),
-            workgroups: plain.limits.max_compute_work_group_count[0],
             image: plain.limits.max_image_dimension2_d,
             triangles: structures.max_primitive_count,
             scratch_alignment: u64::from(structures.min_acceleration_structure_scratch_offset_alignment)

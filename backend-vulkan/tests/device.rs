@@ -59,7 +59,7 @@ fn a_device_that_is_gone_is_refused_by_name() {
         hardware: true,
     };
     for backend in backends() {
-        let error = (backend.open)(&device, empty(), &OpenOptions::default()).err().expect("refused");
+        let error = (backend.open)(&device, &OpenOptions::default()).err().expect("refused");
         assert_eq!(error.to_string(), "a card that was sold: the device is no longer there");
     }
 }
@@ -68,7 +68,7 @@ fn a_device_that_is_gone_is_refused_by_name() {
 fn an_empty_scene_shows_its_light_and_stops_when_asked() {
     for device in (VULKAN.devices)() {
         let scene = empty();
-        let mut tracer = (VULKAN.open)(&device, scene.clone(), &OpenOptions::default()).expect("opens");
+        let mut tracer = VULKAN.tracer(&device, scene.clone(), &OpenOptions::default()).expect("opens");
         let mut film = Film::new(&scene);
         let stopped = tracer.trace(0..1, &mut film, &mut |_| ControlFlow::Break(())).expect("traces");
         assert!(!stopped.finished);

@@ -1,82 +1,50 @@
-//! One stretch of pixel samples on the device: upload, dispatch until every walk is over, read back.
+//! Batches on the device: what they read and write, and what is under way.
 
-use crate::{
-    device::{Gpu, WORKGROUP},
-    pipeline::Kernel,
-};
+use crate::{device::Gpu, pipeline::Kernel};
 use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
 use spectral_core::{
     Error,
     kernel::{
-        block::{Gathering, Primary, Seen, Work, ray_bytes, walk_bytes},
-        schedule::{COMPILE_DEADLINE, Finished, HEARTBEAT, overdue},
+        block::{Batch, Seen},
+        plan::{Part, Plan, Stage, workgroups},
+        schedule::{COMPILE_DEADLINE, Finished, HEARTBEAT, Job, overdue},
     },
 };
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
+use wgpu::BufferUsages as Usage;
 
-/// Buffers for batches of up to a number of work items.
-pub(crate) struct Batch {
-    /// Pixel samples that fit.
-    pub samples: u32,
-    lines: u32,
-    work: wgpu::Buffer,
-    gathering: wgpu::Buffer,
-    primaries: wgpu::Buffer,
-    seen: wgpu::Buffer,
-    /// Present where the film keeps radiances.
-    radiances: wgpu::Buffer,
-    spectral: bool,
+/// Buffers and bindings for the batches of a plan.
+pub(crate) struct Batches {
+    slots: Vec<Slot>,
+}
+
+/// What one batch under way has for itself.
+struct Slot {
+    /// By the numbers of [`Part`]; those that all batches share are the same in all slots.
+    parts: Vec<wgpu::Buffer>,
     readback: wgpu::Buffer,
-    trace: wgpu::BindGroup,
-    gather: wgpu::BindGroup,
+    /// The second group of each stage.
+    groups: [wgpu::BindGroup; 3],
+    batch: Batch,
+    sent: Option<Sent>,
 }
 
-/// Bytes that a work item takes in the largest of the buffers, and in all of them.
-fn item_bytes(kernel: &Kernel) -> [u64; 2] {
-    let stack = ray_bytes(kernel.form.polarized) * u64::from(kernel.form.stack);
-    [stack, stack + walk_bytes(kernel.form.polarized)]
+/// A batch that the device has.
+struct Sent {
+    submission: wgpu::SubmissionIndex,
+    /// Says when the host may read what it gives back.
+    mapped: Receiver<Result<(), wgpu::BufferAsyncError>>,
 }
 
-/// Pixel samples of `lines` wavelengths that a batch holds on this device within `memory` bytes, at most.
-pub(crate) fn most_samples(gpu: &Gpu, kernel: &Kernel, lines: u32, memory: u64) -> u32 {
-    let [largest, all] = item_bytes(kernel);
-    let items = (gpu.largest_buffer() / largest).min(memory / all);
-    let dispatched = u64::from(gpu.limits.max_compute_workgroups_per_dimension) * u64::from(WORKGROUP);
-    (items.min(dispatched) / u64::from(lines)) as u32
-}
-
-impl Batch {
-    /// Buffers for up to `samples` pixel samples of `lines` wavelengths.
-    pub fn new(gpu: &Gpu, kernel: &Kernel, samples: u32, lines: u32, spectral: bool) -> Result<Self, Error> {
-        use wgpu::BufferUsages as Usage;
-        let items = u64::from(samples) * u64::from(lines);
-        let uniform = Usage::UNIFORM | Usage::COPY_DST;
-        let work = gpu.buffer("a dispatch", size_of::<Work>() as u64, uniform)?;
-        let gathering = gpu.buffer("a dispatch", size_of::<Gathering>() as u64, uniform)?;
-        let each = |size: usize| u64::from(samples) * size as u64;
-        let primaries = gpu.storage("the camera rays", each(size_of::<Primary>()), false)?;
-        let walks = gpu.storage("the paths", items * walk_bytes(kernel.form.polarized), false)?;
-        let stack = gpu.storage("the stacks", items * item_bytes(kernel)[0], false)?;
-        let seen = gpu.storage("the samples", each(size_of::<Seen>()), true)?;
-        let kept = if spectral { items } else { 0 };
-        let radiances = gpu.storage("the radiances", kept * size_of::<f32>() as u64, true)?;
-        let read = each(size_of::<Seen>()) + kept * size_of::<f32>() as u64;
-        let readback = gpu.buffer("the read-back", read, Usage::MAP_READ | Usage::COPY_DST)?;
-        let trace = kernel.trace.bind(gpu, &[&work, &primaries, &walks, &stack])?;
-        let gather = kernel.gather.bind(gpu, &[&gathering, &primaries, &walks, &seen, &radiances])?;
-        Ok(Batch {
-            samples,
-            lines,
-            work,
-            gathering,
-            primaries,
-            seen,
-            radiances,
-            spectral,
-            readback,
-            trace,
-            gather,
-        })
+impl Batches {
+    pub fn new(gpu: &Gpu, kernel: &Kernel, plan: &Plan) -> Result<Self, Error> {
+        let shared: Vec<_> = Part::ALL
+            .into_iter()
+            .map(|part| part.is_shared().then(|| buffer(gpu, plan, part)).transpose())
+            .collect::<Result<_, _>>()?;
+        let slot = |_| Slot::new(gpu, kernel, plan, &shared);
+        Ok(Batches { slots: (0..plan.slots()).map(slot).collect::<Result<_, _>>()? })
     }
 
     /// A dispatch of nothing, so that a driver that compiles late does it now and not in a dispatch that is timed.
@@ -84,110 +52,136 @@ impl Batch {
     /// # Errors
     /// [`Error::Device`].
     pub fn warm_up(&self, gpu: &Gpu, kernel: &Kernel) -> Result<(), Error> {
-        gpu.queue.write_buffer(&self.work, 0, bytes_of(&Work::default()));
-        gpu.queue.write_buffer(&self.gathering, 0, bytes_of(&Gathering::default()));
+        let slot = &self.slots[0];
+        gpu.queue.write_buffer(&slot.parts[Part::Batch as usize], 0, bytes_of(&Batch::default()));
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.encode(kernel, &mut encoder, [1, 1]);
-        gpu.queue.submit([encoder.finish()]);
-        wait(gpu, COMPILE_DEADLINE, &mut || {})
-    }
-
-    /// Both entry points over so many invocations.
-    fn encode(&self, kernel: &Kernel, encoder: &mut wgpu::CommandEncoder, [items, samples]: [u32; 2]) {
-        for (stage, own, count) in
-            [(&kernel.trace, &self.trace, items), (&kernel.gather, &self.gather, samples)]
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-            pass.set_pipeline(&stage.pipeline);
-            pass.set_bind_group(0, &stage.scene, &[]);
-            pass.set_bind_group(1, own, &[]);
-            pass.dispatch_workgroups(count.div_ceil(WORKGROUP), 1, 1);
+        slot.encode(kernel, &mut encoder, &Batch::default(), 1);
+        let submission = gpu.queue.submit([encoder.finish()]);
+        let start = Instant::now();
+        while !gpu.poll(&submission, HEARTBEAT)? {
+            if start.elapsed() > COMPILE_DEADLINE {
+                return Err(gpu.error(overdue(COMPILE_DEADLINE)));
+            }
         }
+        Ok(())
     }
 
-    /// Uploads camera rays, at most [`Batch::samples`] of them.
-    pub fn begin(&self, gpu: &Gpu, rays: &[Primary]) {
-        gpu.queue.write_buffer(&self.primaries, 0, cast_slice(rays));
-        let samples = rays.len() as u32;
-        let gathering = Gathering { samples, spectral: u32::from(self.spectral), padding: [0; 2] };
-        gpu.queue.write_buffer(&self.gathering, 0, bytes_of(&gathering));
-    }
-
-    /// One dispatch over `samples` pixel samples, each invocation following at most `budget` rays. Waits for it,
-    /// calling `beat` now and then.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails or hangs.
-    pub fn dispatch(
-        &self,
+    /// See [`Launch::submit`](spectral_core::kernel::schedule::Launch::submit).
+    pub fn submit(
+        &mut self,
         gpu: &Gpu,
         kernel: &Kernel,
-        samples: u32,
-        budget: u32,
-        resume: bool,
-        beat: &mut dyn FnMut(),
-    ) -> Result<Finished, Error> {
-        let items = samples * self.lines;
-        let work = Work { items, budget, resume: u32::from(resume), padding: 0 };
-        gpu.queue.write_buffer(&self.work, 0, bytes_of(&work));
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.encode(kernel, &mut encoder, [items, samples]);
-        let [seen, radiances] = self.read_bytes(samples);
-        encoder.copy_buffer_to_buffer(&self.seen, 0, &self.readback, 0, seen);
-        if radiances > 0 {
-            encoder.copy_buffer_to_buffer(&self.radiances, 0, &self.readback, seen, radiances);
+        plan: &Plan,
+        slot: usize,
+        job: &Job<'_>,
+    ) -> Result<(), Error> {
+        let slot = &mut self.slots[slot];
+        slot.batch = job.batch;
+        let contents: [(Part, &[u8]); 4] = [
+            (Part::Batch, bytes_of(&job.batch)),
+            (Part::Pixels, cast_slice(job.pixels)),
+            (Part::Sums, cast_slice(job.sums)),
+            (Part::Radiances, cast_slice(job.radiances)),
+        ];
+        for (part, bytes) in contents.into_iter().filter(|(_, bytes)| !bytes.is_empty()) {
+            gpu.queue.write_buffer(&slot.parts[part as usize], 0, bytes);
         }
-        gpu.queue.submit([encoder.finish()]);
-        self.read(gpu, samples, beat)
-    }
-
-    fn read_bytes(&self, samples: u32) -> [u64; 2] {
-        let samples = u64::from(samples);
-        let radiances = if self.spectral { samples * u64::from(self.lines) * 4 } else { 0 };
-        [samples * size_of::<Seen>() as u64, radiances]
-    }
-
-    fn read(&self, gpu: &Gpu, samples: u32, beat: &mut dyn FnMut()) -> Result<Finished, Error> {
-        let [seen, radiances] = self.read_bytes(samples);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        let slice = self.readback.slice(..seen + radiances);
-        slice.map_async(wgpu::MapMode::Read, move |result| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        slot.encode(kernel, &mut encoder, &job.batch, plan.lines);
+        let [seen, radiances] = slot.read_bytes(plan);
+        let mut copy = |part: Part, to, bytes| {
+            encoder.copy_buffer_to_buffer(&slot.parts[part as usize], 0, &slot.readback, to, bytes);
+        };
+        copy(Part::Seen, 0, seen);
+        if radiances > 0 {
+            copy(Part::Radiances, seen, radiances);
+        }
+        let submission = gpu.queue.submit([encoder.finish()]);
+        let (sender, receiver) = channel();
+        slot.readback.slice(..seen + radiances).map_async(wgpu::MapMode::Read, move |result| {
             // The receiver is gone only when the host has given up.
             let _ = sender.send(result);
         });
-        wait(gpu, gpu.deadline, beat)?;
-        gpu.check()?;
-        match receiver.try_recv() {
+        slot.sent = Some(Sent { submission, mapped: receiver });
+        gpu.check()
+    }
+
+    /// See [`Launch::poll`](spectral_core::kernel::schedule::Launch::poll).
+    pub fn poll(
+        &mut self,
+        gpu: &Gpu,
+        plan: &Plan,
+        slot: usize,
+        patience: Duration,
+    ) -> Result<Option<Finished>, Error> {
+        let slot = &mut self.slots[slot];
+        let Some(sent) = &slot.sent else { return Ok(None) };
+        let mut state = sent.mapped.try_recv();
+        if state == Err(TryRecvError::Empty) {
+            gpu.poll(&sent.submission, patience)?;
+            state = sent.mapped.try_recv();
+        }
+        match state {
             Ok(Ok(())) => {}
             Ok(Err(e)) => return Err(gpu.error(format!("the result could not be read back: {e}"))),
-            Err(_) => return Err(gpu.error("the result never came back")),
+            Err(TryRecvError::Empty) => return Ok(None),
+            Err(TryRecvError::Disconnected) => return Err(gpu.error("the result never came back")),
         }
+        slot.sent = None;
+        let [seen, radiances] = slot.read_bytes(plan);
+        let slice = slot.readback.slice(..seen + radiances);
         let finished = {
             let view = slice.get_mapped_range().map_err(|e| gpu.error(e.to_string()))?;
             let (first, second) = view.split_at(seen as usize);
-            Finished { seen: pod_collect_to_vec(first), radiance: pod_collect_to_vec(second) }
+            Finished { seen: pod_collect_to_vec(first), radiances: pod_collect_to_vec(second) }
         };
-        self.readback.unmap();
-        Ok(finished)
+        slot.readback.unmap();
+        Ok(Some(finished))
     }
 }
 
-/// Waits until the device is idle.
-fn wait(gpu: &Gpu, deadline: Duration, beat: &mut dyn FnMut()) -> Result<(), Error> {
-    let start = Instant::now();
-    loop {
-        match gpu
-            .device
-            .poll(wgpu::PollType::Wait { submission_index: None, timeout: Some(HEARTBEAT.min(deadline)) })
-        {
-            Ok(_) => return Ok(()),
-            Err(wgpu::PollError::Timeout) => {}
-            Err(e) => return Err(gpu.error(e.to_string())),
+fn buffer(gpu: &Gpu, plan: &Plan, part: Part) -> Result<wgpu::Buffer, Error> {
+    match part {
+        Part::Batch => gpu.buffer(part.name(), plan.bytes(part), Usage::UNIFORM | Usage::COPY_DST),
+        _ => gpu.storage(part.name(), plan.bytes(part), matches!(part, Part::Seen | Part::Radiances)),
+    }
+}
+
+impl Slot {
+    fn new(gpu: &Gpu, kernel: &Kernel, plan: &Plan, shared: &[Option<wgpu::Buffer>]) -> Result<Self, Error> {
+        let own = |part: Part| match &shared[part as usize] {
+            Some(buffer) => Ok(buffer.clone()),
+            None => buffer(gpu, plan, part),
+        };
+        let parts: Vec<_> = Part::ALL.into_iter().map(own).collect::<Result<_, _>>()?;
+        let read = plan.bytes(Part::Seen) + plan.bytes(Part::Radiances);
+        let readback = gpu.buffer("the read-back", read, Usage::MAP_READ | Usage::COPY_DST)?;
+        let [prime, trace, gather] = Stage::ALL.map(|stage| kernel.bind(gpu, stage, &parts));
+        let groups = [prime?, trace?, gather?];
+        Ok(Slot { parts, readback, groups, batch: Batch::default(), sent: None })
+    }
+
+    /// All stages over a batch.
+    fn encode(&self, kernel: &Kernel, encoder: &mut wgpu::CommandEncoder, batch: &Batch, lines: u32) {
+        for (stage, own) in Stage::ALL.into_iter().zip(&self.groups) {
+            // Walks that are resumed have their camera rays.
+            if stage == Stage::Prime && batch.resume != 0 {
+                continue;
+            }
+            let shader = &kernel.stages[stage as usize];
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&shader.pipeline);
+            pass.set_bind_group(0, &shader.scene, &[]);
+            pass.set_bind_group(1, own, &[]);
+            let [across, down] = workgroups(stage.invocations(batch, lines));
+            pass.dispatch_workgroups(across, down, 1);
         }
-        beat();
-        gpu.check()?;
-        if start.elapsed() > deadline {
-            return Err(gpu.error(overdue(deadline)));
-        }
+    }
+
+    /// Bytes of the pixels and of the radiances that the batch gives back.
+    fn read_bytes(&self, plan: &Plan) -> [u64; 2] {
+        let pixels = u64::from(self.batch.pixels);
+        let radiances = if plan.spectral { pixels * u64::from(plan.lines) * 4 } else { 0 };
+        [pixels * size_of::<Seen>() as u64, radiances]
     }
 }

@@ -3,16 +3,15 @@
 use pollster::block_on;
 use spectral_core::{
     Error,
-    kernel::schedule::DEADLINE,
+    kernel::WORKGROUP,
     tracer::{DeviceInfo, Unusable},
 };
+use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 /// Storage buffers that the kernel binds.
 const STORAGE_BUFFERS: u32 = 8;
-/// Invocations a workgroup: a multiple of every subgroup size in use.
-pub(crate) const WORKGROUP: u32 = 64;
 
 /// The adapters of this machine that can run the kernel: hardware first; OpenGL last, and only for devices that no
 /// other API offers. Empty where there is no driver, which is no error.
@@ -115,8 +114,8 @@ pub struct Gpu {
     pub limits: wgpu::Limits,
     /// Whether it has the operations of WGSL's subgroups.
     pub subgroups: bool,
-    /// How long one dispatch may take before the device counts as hung.
-    pub deadline: Duration,
+    /// Compiled shaders by their text.
+    pub(crate) pipelines: Mutex<HashMap<String, wgpu::ComputePipeline>>,
     name: String,
     /// The first failure that the driver reported.
     failure: Arc<Mutex<Option<String>>>,
@@ -159,7 +158,7 @@ impl Gpu {
         device.set_device_lost_callback(move |_, message| {
             note(&first, format!("the device was lost: {message}"));
         });
-        Ok(Gpu { device, queue, limits, subgroups, deadline: DEADLINE, name, failure })
+        Ok(Gpu { device, queue, limits, subgroups, pipelines: Mutex::default(), name, failure })
     }
 
     /// The error that this device has failed with the given message.
@@ -208,6 +207,21 @@ impl Gpu {
         Ok(buffer)
     }
 
+    /// Waits for a submission for at most `patience`; whether it has ended.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails.
+    pub fn poll(&self, submission: &wgpu::SubmissionIndex, patience: Duration) -> Result<bool, Error> {
+        let wait =
+            wgpu::PollType::Wait { submission_index: Some(submission.clone()), timeout: Some(patience) };
+        let ended = match self.device.poll(wait) {
+            Ok(_) => true,
+            Err(wgpu::PollError::Timeout) => false,
+            Err(e) => return Err(self.error(e.to_string())),
+        };
+        self.check().map(|()| ended)
+    }
+
     /// A buffer, or the device's refusal.
     ///
     /// # Errors
@@ -233,17 +247,10 @@ impl Gpu {
     /// # Errors
     /// [`Error::Device`].
     pub fn attempt<T>(&self, what: &str, make: impl FnOnce() -> T) -> Result<T, Error> {
-        let filters =
-            [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory, wgpu::ErrorFilter::Internal];
-        let [a, b, c] = filters.map(|filter| self.device.push_error_scope(filter));
+        // Natively the driver's refusals come before the call returns, in the handler that `Gpu::of` sets.
         let made = make();
-        // Scopes close from the innermost out.
-        for scope in [c, b, a] {
-            if let Some(error) = block_on(scope.pop()) {
-                return Err(self.error(format!("{what}: {}", plain(&error))));
-            }
-        }
-        Ok(made)
+        let failure = self.failure.lock().unwrap_or_else(PoisonError::into_inner).take();
+        failure.map_or(Ok(made), |message| Err(self.error(format!("{what}: {message}"))))
     }
 }
 

@@ -4,8 +4,8 @@
 //! * `device`: adapters, their limits, and what they say when they fail.
 //! * `environment`: the light as a texture.
 //! * `pipeline`: a prepared scene as buffers and compiled shaders.
-//! * `batch`: one stretch of pixel samples on the device.
-//! * `tracer`: the whole as a `Launch`, which `spectral_core::kernel::schedule` makes a picture of.
+//! * `batch`: batches on the device.
+//! * `tracer`: an open adapter, and its `Launch`, which `spectral_core::kernel::schedule` makes a picture of.
 //!
 //! Rays find surfaces by the facet planes of one convex stone, else by the SBVH of `accel`, both in compute shaders.
 //! All arithmetic is single precision; the same scene gives the same picture as the CPU backend but for rounding.
@@ -37,17 +37,15 @@ pub const WGPU: Backend = Backend {
 /// ```
 pub fn guessing(guess: Guess) -> Backend {
     match guess {
-        Guess::Nothing => Backend {
-            open: |device, scene, options| open_guessing(Guess::Nothing, device, scene, options),
-            ..WGPU
-        },
-        Guess::Start => Backend {
-            open: |device, scene, options| open_guessing(Guess::Start, device, scene, options),
-            ..WGPU
-        },
+        Guess::Nothing => {
+            Backend { open: |device, options| open_guessing(Guess::Nothing, device, options), ..WGPU }
+        }
+        Guess::Start => {
+            Backend { open: |device, options| open_guessing(Guess::Start, device, options), ..WGPU }
+        }
         Guess::Subgroup => Backend {
             devices: device::devices_with_subgroups,
-            open: |device, scene, options| open_guessing(Guess::Subgroup, device, scene, options),
+            open: |device, options| open_guessing(Guess::Subgroup, device, options),
             ..WGPU
         },
     }

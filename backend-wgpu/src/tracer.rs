@@ -1,109 +1,96 @@
-//! A scene's kernel on an open adapter.
+//! An open adapter that shows scene after scene.
 
 use crate::{
-    batch::{Batch, most_samples},
+    batch::Batches,
     device::Gpu,
-    pipeline::Kernel,
+    pipeline::{Kernel, Parts},
 };
 use spectral_core::{
     Error,
     kernel::{
-        block::Primary,
         facets::Guess,
-        schedule::{Finished, KernelTracer, Launch, PATH_MEMORY},
+        plan::Plan,
+        schedule::{Finished, Job, KernelTracer, Launch},
     },
     prepare::PreparedScene,
-    tracer::{DeviceInfo, OpenOptions, Tracer},
+    tracer::{Device, DeviceInfo, OpenOptions, Tracer},
 };
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-/// Opens an adapter for a scene.
-pub(crate) fn open(
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
-    options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    open_on(Gpu::open(device)?, device, scene, options)
+/// Opens an adapter.
+pub(crate) fn open(info: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
+    Ok(open_on(Gpu::open(info)?, info, options))
 }
 
-/// Opens an adapter for a scene; one convex stone is met in this way, whatever suits the device.
+/// Opens an adapter; one convex stone is met in this way, whatever suits the device.
 ///
 /// # Errors
-/// As [`open_on`], and [`Error::Device`] where the device has no subgroups that are asked for.
+/// [`Error::Device`] where it is no longer there, refuses, or has no subgroups that are asked for.
 pub fn open_guessing(
     guess: Guess,
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
+    info: &DeviceInfo,
     options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    start(Gpu::open(device)?, Some(guess), device, scene, options)
+) -> Result<Box<dyn Device>, Error> {
+    let gpu = Gpu::open(info)?;
+    if guess == Guess::Subgroup && !gpu.subgroups {
+        return Err(gpu.error("this device has no subgroup operations"));
+    }
+    Ok(start(gpu, guess, info, options))
 }
 
-/// Opens a scene on a device that is open already, which `device` describes: for callers that keep a hand on it.
-///
-/// # Errors
-/// [`Error::Device`] where the device fails or has too little memory; [`Error::Value`] for a scene beyond the kernel's
-/// number formats.
-pub fn open_on(
-    gpu: Gpu,
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
-    options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    start(gpu, None, device, scene, options)
+/// The device that `info` describes, which is open already: for callers that keep a hand on it.
+pub fn open_on(gpu: Gpu, info: &DeviceInfo, options: &OpenOptions) -> Box<dyn Device> {
+    let guess = Guess::by_default(gpu.subgroups);
+    start(gpu, guess, info, options)
 }
 
-fn start(
-    gpu: Gpu,
-    guess: Option<Guess>,
-    device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
-    options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
-    let start = Instant::now();
-    let mut gpu = gpu;
-    gpu.deadline = options.deadline.unwrap_or(gpu.deadline);
-    let kernel = Kernel::new(&gpu, &scene, guess)?;
-    let lines = scene.wavelength_count() as u32;
-    let spectral = scene.settings.spectral;
-    let batch = Batch::new(&gpu, &kernel, 1, lines, spectral)?;
-    batch.warm_up(&gpu, &kernel)?;
-    let most = most_samples(&gpu, &kernel, lines, PATH_MEMORY);
-    let launch = WgpuLaunch { gpu, kernel, lines, spectral, most, batch, rays: 0 };
-    Ok(Box::new(KernelTracer::new(device, launch, scene, options, start.elapsed())?))
+fn start(gpu: Gpu, guess: Guess, info: &DeviceInfo, options: &OpenOptions) -> Box<dyn Device> {
+    Box::new(WgpuDevice { gpu: Arc::new(gpu), guess, info: info.clone(), options: *options, parts: None })
+}
+
+struct WgpuDevice {
+    gpu: Arc<Gpu>,
+    guess: Guess,
+    info: DeviceInfo,
+    options: OpenOptions,
+    /// Of the scene before.
+    parts: Option<Parts>,
+}
+
+impl Device for WgpuDevice {
+    fn load(&mut self, scene: Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error> {
+        let start = Instant::now();
+        let gpu = self.gpu.clone();
+        let parts = Parts::new(&gpu, &scene, self.guess, self.parts.take())?;
+        let kernel = Kernel::new(&gpu, &scene, &parts)?;
+        let plan = Plan::new(&scene, kernel.form, parts.chain(), gpu.largest_buffer());
+        self.parts = Some(parts);
+        let batches = Batches::new(&gpu, &kernel, &plan)?;
+        batches.warm_up(&gpu, &kernel)?;
+        let launch = WgpuLaunch { gpu, kernel, plan, batches };
+        Ok(Box::new(KernelTracer::new(&self.info, launch, scene, &self.options, start.elapsed())?))
+    }
 }
 
 struct WgpuLaunch {
-    gpu: Gpu,
+    gpu: Arc<Gpu>,
     kernel: Kernel,
-    /// Wavelengths a pixel sample.
-    lines: u32,
-    spectral: bool,
-    /// Pixel samples that a batch may hold.
-    most: u32,
-    /// Grows with the batches.
-    batch: Batch,
-    /// Camera rays in the batch.
-    rays: u32,
+    plan: Plan,
+    batches: Batches,
 }
 
 impl Launch for WgpuLaunch {
-    fn most_samples(&self) -> u32 {
-        self.most
+    fn plan(&self) -> &Plan {
+        &self.plan
     }
 
-    fn begin(&mut self, rays: &[Primary]) -> Result<(), Error> {
-        self.rays = rays.len() as u32;
-        if self.batch.samples < self.rays {
-            self.batch = Batch::new(&self.gpu, &self.kernel, self.rays, self.lines, self.spectral)?;
-        }
-        self.batch.begin(&self.gpu, rays);
-        Ok(())
+    fn submit(&mut self, slot: usize, job: &Job<'_>) -> Result<(), Error> {
+        self.batches.submit(&self.gpu, &self.kernel, &self.plan, slot, job)
     }
 
-    fn dispatch(&mut self, budget: u32, resume: bool, beat: &mut dyn FnMut()) -> Result<Finished, Error> {
-        self.batch.dispatch(&self.gpu, &self.kernel, self.rays, budget, resume, beat)
+    fn poll(&mut self, slot: usize, patience: Duration) -> Result<Option<Finished>, Error> {
+        self.batches.poll(&self.gpu, &self.plan, slot, patience)
     }
 
     fn error(&self, message: String) -> Error {

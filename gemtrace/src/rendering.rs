@@ -82,7 +82,9 @@ pub fn render(
         }
         watch.chosen(&choice);
         rendered.reason.clone_from(&choice.reason);
-        let outcome = (choice.backend.open)(&choice.device, Arc::clone(scene), options)
+        let outcome = choice
+            .backend
+            .tracer(&choice.device, Arc::clone(scene), options)
             .and_then(|mut tracer| passes(&mut *tracer, scene, film, watch, &mut rendered));
         match outcome {
             Ok(()) => return rendered,

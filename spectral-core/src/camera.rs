@@ -53,6 +53,29 @@ pub struct View {
     size: [f64; 2],
 }
 
+/// A view as linear maps of a place in the picture, for a device that makes its rays in single precision: the ray through
+/// (x, y) pixels to the right of the picture's middle and down from it passes through `centre + right·x + down·y` with
+/// the direction `forward + across·x + along·y`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The picture's middle from its top left corner, pixels.
+    pub middle: [f64; 2],
+    /// How far before the points above the rays begin, in units of their directions.
+    pub depth: f64,
+    /// mm.
+    pub centre: DVec3,
+    /// mm a pixel.
+    pub right: DVec3,
+    /// mm a pixel.
+    pub down: DVec3,
+    /// Of length 1 in the picture's middle.
+    pub forward: DVec3,
+    /// Its change a pixel to the right; 0 for parallel rays.
+    pub across: DVec3,
+    /// Its change a pixel down; 0 for parallel rays.
+    pub along: DVec3,
+}
+
 impl Camera {
     /// The camera's rays for an image of `width` × `height` pixels.
     ///
@@ -115,6 +138,39 @@ impl View {
     /// The point that all rays leave from, or `None` for parallel rays.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.parallel).then_some(self.origin)
+    }
+
+    /// The view as linear maps about points beside the origin, which are at least `reach` mm from the eye.
+    ///
+    /// ```
+    /// # use spectral_core::camera::{Camera, Projection};
+    /// # use glam::DVec3;
+    /// let projection = Projection::Perspective { fov: 20.0 };
+    /// let camera = Camera { position: DVec3::Y * -30.0, look_at: DVec3::ZERO, up: DVec3::Z, projection };
+    /// let (view, frame) = (camera.view(64, 48)?, camera.view(64, 48)?.frame(4.0));
+    /// let (x, y) = (7.5 - frame.middle[0], 11.5 - frame.middle[1]);
+    /// let towards = frame.forward + frame.across * x + frame.along * y;
+    /// let ray = view.ray(7.5, 11.5);
+    /// assert!(ray.direction.abs_diff_eq(towards.normalize(), 1e-12));
+    /// let begin = frame.centre + frame.right * x + frame.down * y - towards * frame.depth;
+    /// assert!(ray.origin.abs_diff_eq(begin, 1e-12));
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    pub fn frame(&self, reach: f64) -> Frame {
+        let (right, down) = (self.right * (2.0 / self.size[0]), self.up * (-2.0 / self.size[1]));
+        let depth = (-self.origin).dot(self.forward).max(reach);
+        // Parallel rays spread at the image plane, others with the distance.
+        let [spread, turn] = if self.parallel { [1.0, 0.0] } else { [depth, 1.0] };
+        Frame {
+            middle: self.size.map(|pixels| pixels / 2.0),
+            depth,
+            centre: self.origin + self.forward * depth,
+            right: right * spread,
+            down: down * spread,
+            forward: self.forward,
+            across: right * turn,
+            along: down * turn,
+        }
     }
 
     /// The same view with the world's origin moved to `origin`.

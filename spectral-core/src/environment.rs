@@ -138,6 +138,17 @@ pub enum Source {
     Image(Arc<LatLong>),
 }
 
+impl Source {
+    /// Whether a device that holds the texels of one has those of the other. Uniform light has none.
+    pub fn shares_texels(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Source::Uniform(_), Source::Uniform(_)) => true,
+            (Source::Image(a), Source::Image(b)) => Arc::ptr_eq(a, b),
+            _ => false,
+        }
+    }
+}
+
 /// The light around the stones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Environment {

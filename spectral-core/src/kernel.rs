@@ -9,19 +9,25 @@
 //! hierarchy or the device's own ray tracing for anything else.
 //!
 //! ```text
-//! trace  = constants + scene + line + light + nest + fresnel + stokes + throughput + direction + surface
-//!        + intersect + walk + tree + main_trace + one of main_compute, main_planes, main_subgroup, main_pipeline
-//! gather = constants + scene + line + nest + fresnel + stokes + throughput + walk + main_gather
+//! prime  = constants + scene + batch + line + light + direction + plane + main_prime
+//! trace  = constants + scene + batch + line + light + nest + fresnel + stokes + throughput + direction + surface
+//!        + interface + intersect + one of the two transports
+//!     chain: results_chain + chain + one of main_planes, main_subgroup
+//!     tree:  walk + results_walk + tree + main_trace + one of main_compute, main_pipeline
+//! gather = constants + scene + batch + line + nest + fresnel + stokes + throughput + results + main_gather
 //! ```
 //!
-//! A work item is a pixel sample at one wavelength. `trace` follows its tree of rays with a bounded stack and a
-//! bounded number of rays a dispatch; `gather` sums a sample's wavelengths. [`block`] has the Rust twins of what
-//! passes between host and device, [`pack`] fills them from a [`PreparedScene`](crate::prepare::PreparedScene).
-//! [`facets`] does the same for one convex stone, [`texel`] for the light, and [`schedule`] drives the device.
+//! A work item is a pixel sample at one wavelength. `prime` makes the camera rays of a batch of pixels; `trace` follows
+//! one convex stone's chains of reflections to their ends, and other scenes' trees of rays with a bounded stack and a
+//! bounded number of rays a dispatch; `gather` adds the batch to each pixel's sums. [`block`] has the Rust twins of what
+//! passes between host and device, [`plan`] says which buffers there are, [`pack`] fills them from a
+//! [`PreparedScene`](crate::prepare::PreparedScene). [`facets`] does the same for one convex stone, [`texel`] for the
+//! light, and [`schedule`] drives the device.
 
 pub mod block;
 pub mod facets;
 pub mod pack;
+pub mod plan;
 pub mod schedule;
 pub mod texel;
 
@@ -50,7 +56,7 @@ pub const NEST: &str = include_str!("kernel/nest.wgsl");
 /// The directions in which a ray goes on from a surface; needs nothing.
 pub const DIRECTION: &str = include_str!("kernel/direction.wgsl");
 /// Surfaces, and the contract of `intersect`, which it needs, with [`SCENE`], [`NEST`] and [`DIRECTION`].
-pub const SURFACE: &str = include_str!("kernel/surface.wgsl");
+pub const SURFACE: &str = concat!(include_str!("kernel/plane.wgsl"), include_str!("kernel/surface.wgsl"));
 /// The block that is the same for every ray.
 pub const SCENE: &str = include_str!("kernel/scene.wgsl");
 /// Wavelengths and their optics; needs [`SCENE`].
@@ -58,13 +64,19 @@ pub const LINE: &str = include_str!("kernel/line.wgsl");
 /// The environment; needs [`SCENE`] and [`LINE`].
 pub const LIGHT: &str = include_str!("kernel/light.wgsl");
 
-const WALK: &str = include_str!("kernel/walk.wgsl");
-const TREE: &str = include_str!("kernel/tree.wgsl");
-const MAIN_TRACE: &str = include_str!("kernel/main_trace.wgsl");
+const PLANE: &str = include_str!("kernel/plane.wgsl");
+const BATCH: &str = include_str!("kernel/batch.wgsl");
+const INTERFACE: &str = include_str!("kernel/interface.wgsl");
+const CHAIN: &str = concat!(include_str!("kernel/results_chain.wgsl"), include_str!("kernel/chain.wgsl"));
+const WALK: &str = concat!(include_str!("kernel/walk.wgsl"), include_str!("kernel/results_walk.wgsl"));
+const TREE: &str = concat!(include_str!("kernel/tree.wgsl"), include_str!("kernel/main_trace.wgsl"));
+const MAIN_PRIME: &str = include_str!("kernel/main_prime.wgsl");
 const MAIN_COMPUTE: &str = include_str!("kernel/main_compute.wgsl");
 const MAIN_PIPELINE: &str = include_str!("kernel/main_pipeline.wgsl");
 const MAIN_GATHER: &str = include_str!("kernel/main_gather.wgsl");
 
+/// Invocations a workgroup: a multiple of every subgroup size in use.
+pub const WORKGROUP: u32 = 64;
 /// Vectors that a line takes in the optics before those of the materials.
 const LINE_VECTORS: u32 = 3;
 
@@ -77,8 +89,6 @@ pub struct Form {
     pub contacts: bool,
     /// Rays that may wait in a work item; see [`stack_places`].
     pub stack: u32,
-    /// Invocations a workgroup.
-    pub workgroup: u32,
 }
 
 /// The stack that no path overflows under these settings, up to 32 places.
@@ -104,7 +114,7 @@ impl Form {
     /// The WGSL text of these choices and of every constant that Rust owns.
     pub fn constants(&self) -> String {
         let mut text = String::from("// Generated from the Rust constants of the same meaning.\n");
-        let Form { contacts, stack, workgroup, .. } = *self;
+        let Form { contacts, stack, .. } = *self;
         let mut add = |name: &str, kind: &str, value: String| {
             writeln!(text, "const {name}: {kind} = {value};").expect("a string takes any text");
         };
@@ -120,7 +130,7 @@ impl Form {
         add("LINE_VECTORS", "u32", LINE_VECTORS.to_string());
         add("CONTACTS", "bool", contacts.to_string());
         add("STACK", "u32", stack.to_string());
-        add("WORKGROUP", "u32", workgroup.to_string());
+        add("WORKGROUP", "u32", WORKGROUP.to_string());
         text
     }
 
@@ -132,15 +142,20 @@ impl Form {
         }
     }
 
+    /// The shader with the entry point `prime`.
+    pub fn prime(&self) -> String {
+        [&self.constants(), SCENE, BATCH, LINE, LIGHT, DIRECTION, PLANE, MAIN_PRIME].join("\n")
+    }
+
     /// The shader with the entry point `trace`. `intersect` is the text of the form of intersection, with the
     /// constants it needs.
     pub fn trace(&self, intersect: &str) -> String {
-        self.traced([intersect, MAIN_COMPUTE])
+        self.traced(&[intersect, WALK, TREE, MAIN_COMPUTE])
     }
 
     /// The shader with the entry point `trace` for one convex stone, or none.
     pub fn trace_facets(&self, facets: &Facets) -> String {
-        self.traced([&facets.intersect(), facets.main()])
+        self.traced(&[&facets.intersect(), CHAIN, facets.main()])
     }
 
     /// The shader of a ray-tracing pipeline: the entry points `trace` (ray generation), `consider` (any-hit) and
@@ -150,20 +165,21 @@ impl Form {
     /// and the backend has to see to it.
     pub fn trace_pipeline(&self) -> String {
         "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned()
-            + &self.traced([INTERSECT_PIPELINE, MAIN_PIPELINE])
+            + &self.traced(&[INTERSECT_PIPELINE, WALK, TREE, MAIN_PIPELINE])
     }
 
-    fn traced(&self, [intersect, main]: [&str; 2]) -> String {
-        let constants = self.constants();
-        let optics = [SCENE, LINE, LIGHT, NEST, FRESNEL, STOKES, self.throughput()];
-        let transport = [DIRECTION, SURFACE, intersect, WALK, TREE, MAIN_TRACE, main];
-        [&[constants.as_str()], &optics[..], &transport[..]].concat().join("\n")
+    fn traced(&self, transport: &[&str]) -> String {
+        let optics = [SCENE, BATCH, LINE, LIGHT, NEST, FRESNEL, STOKES, self.throughput()];
+        [&[self.constants().as_str()], &optics[..], &[DIRECTION, SURFACE, INTERFACE], transport]
+            .concat()
+            .join("\n")
     }
 
-    /// The shader with the entry point `gather`.
-    pub fn gather(&self) -> String {
-        let constants = self.constants();
-        [&constants, SCENE, LINE, NEST, FRESNEL, STOKES, self.throughput(), WALK, MAIN_GATHER].join("\n")
+    /// The shader with the entry point `gather`, after chains or after trees.
+    pub fn gather(&self, chain: bool) -> String {
+        let results = if chain { include_str!("kernel/results_chain.wgsl") } else { WALK };
+        let optics = [SCENE, BATCH, LINE, NEST, FRESNEL, STOKES, self.throughput()];
+        [&[self.constants().as_str()], &optics[..], &[results, MAIN_GATHER]].concat().join("\n")
     }
 }
 

@@ -66,9 +66,10 @@ fn subject(name: &'static str, stones: Vec<Stone>, expected: &'static [[f32; 3]]
 /// [`Error::Device`] where the device fails, or its pictures are not what they should be; the message says what was
 /// expected and what was found.
 pub fn probe(backend: &Backend, device: &DeviceInfo, options: &OpenOptions) -> Result<(), Error> {
+    let mut open = (backend.open)(device, options)?;
     for subject in subjects()? {
         let mut film = Film::new(&subject.scene);
-        let mut tracer = (backend.open)(device, subject.scene.clone(), options)?;
+        let mut tracer = open.load(subject.scene.clone())?;
         let samples = 0..subject.scene.settings.samples;
         tracer.trace(samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
         subject.judge(&film).map_err(|message| Error::Device { device: device.name.clone(), message })?;

@@ -1,7 +1,8 @@
 //! The seam between scenes and backends.
 //!
-//! A backend offers [`Backend::devices`]; opening one with a [`PreparedScene`] gives a [`Tracer`], which
-//! adds samples to a [`Film`]. Nothing above this trait knows which backend it talks to.
+//! A backend offers [`Backend::devices`]. Opening one gives a [`Device`], which shows scene after scene: loading a
+//! [`PreparedScene`] gives a [`Tracer`], which adds samples to a [`Film`]. Nothing above these traits knows which backend
+//! it talks to.
 
 use crate::{Error, film::Film, prepare::PreparedScene};
 use std::ops::{ControlFlow, Range};
@@ -60,12 +61,47 @@ pub struct Backend {
     pub devices: fn() -> Vec<DeviceInfo>,
     /// What this machine has that this backend cannot use, for people who look for a device in vain.
     pub unusable: fn() -> Vec<Unusable>,
-    /// Opens one of [`Backend::devices`] for a scene.
+    /// Opens one of [`Backend::devices`].
     pub open: OpenDevice,
 }
 
 /// The type of [`Backend::open`].
-pub type OpenDevice = fn(&DeviceInfo, Arc<PreparedScene>, &OpenOptions) -> Result<Box<dyn Tracer>, Error>;
+pub type OpenDevice = fn(&DeviceInfo, &OpenOptions) -> Result<Box<dyn Device>, Error>;
+
+impl Backend {
+    /// Opens a device and loads one scene.
+    ///
+    /// # Errors
+    /// Those of [`Backend::open`] and [`Device::load`].
+    pub fn tracer(
+        &self,
+        info: &DeviceInfo,
+        scene: Arc<PreparedScene>,
+        options: &OpenOptions,
+    ) -> Result<Box<dyn Tracer>, Error> {
+        (self.open)(info, options)?.load(scene)
+    }
+}
+
+/// An open device. It keeps what its last scene was made of, and what it has compiled: a scene that shares parts with the
+/// last one costs what is new of it.
+pub trait Device: Send {
+    /// Makes the device ready to render a scene. Tracers of earlier scenes go on working.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails or has too little memory; [`Error::Value`] for a scene that it cannot
+    /// hold.
+    fn load(&mut self, scene: Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error>;
+}
+
+impl<Load> Device for Load
+where
+    Load: FnMut(Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error> + Send,
+{
+    fn load(&mut self, scene: Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error> {
+        self(scene)
+    }
+}
 
 /// How far a call of [`Tracer::trace`] has come.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,6 +188,8 @@ pub struct TraceReport {
     pub rays: u64,
     /// Where the energy went.
     pub energy: Energy,
+    /// Batches that were sent to a GPU; 0 on a processor.
+    pub batches: u64,
     /// Time to build what the backend builds (acceleration structures), the first call only.
     pub build: Duration,
     /// Time spent tracing.
@@ -199,6 +237,7 @@ impl std::ops::AddAssign for TraceReport {
         self.finished = other.finished;
         self.rays += other.rays;
         self.energy += other.energy;
+        self.batches += other.batches;
         self.build += other.build;
         self.trace += other.trace;
     }

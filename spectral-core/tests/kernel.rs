@@ -6,7 +6,7 @@ use naga::{
 };
 use spectral_core::kernel::{
     ENABLE_RAY_QUERY, Form, INTERSECT_RAY_QUERY,
-    block::{Gathering, Plane, Primary, Scene, Seen, Work, ray_bytes, walk_bytes},
+    block::{Batch, Plane, Primary, RESULT_BYTES, Scene, Seen, ray_bytes, walk_bytes},
     facets::{Facets, Guess},
 };
 use spectral_core::{
@@ -23,7 +23,7 @@ use std::sync::Arc;
 fn forms() -> impl Iterator<Item = Form> {
     [(true, true), (true, false), (false, true), (false, false)]
         .into_iter()
-        .map(|(polarized, contacts)| Form { polarized, contacts, stack: 16, workgroup: 64 })
+        .map(|(polarized, contacts)| Form { polarized, contacts, stack: 16 })
 }
 
 fn parsed(source: &str) -> Module {
@@ -78,7 +78,9 @@ fn the_table_of_outlines_lists_each_facets_neighbours() {
 #[test]
 fn every_form_is_valid() {
     for form in forms() {
-        let mut texts = vec![(form.gather(), "gather", Capabilities::empty())];
+        let none = Capabilities::empty();
+        let gathers = [true, false].map(|chain| (form.gather(chain), "gather", none));
+        let mut texts = [&[(form.prime(), "prime", none)], &gathers[..]].concat();
         for guess in Guess::ALL {
             let able = if guess == Guess::Subgroup { Capabilities::SUBGROUP } else { Capabilities::empty() };
             // In workgroup memory, and in storage buffers.
@@ -135,6 +137,7 @@ macro_rules! same_layout {
 fn structures_lie_as_their_twins() {
     for form in forms() {
         let trace = parsed(&form.trace_facets(&facets(32, Guess::Start)));
+        let tree = parsed(&(ENABLE_RAY_QUERY.to_owned() + &form.trace(INTERSECT_RAY_QUERY)));
         same_layout!(
             &trace,
             Scene {
@@ -159,17 +162,31 @@ fn structures_lie_as_their_twins() {
                 ground_per_mm,
                 ground_last,
                 grazing,
-                facets
+                facets,
+                width,
+                tables,
+                reach,
+                depth,
+                middle,
+                centre,
+                right,
+                down,
+                forward,
+                across,
+                along
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });
         same_layout!(&trace, Primary { origin, first_line, direction, near, background });
-        same_layout!(&trace, Work { items, budget, resume });
-        let gather = parsed(&form.gather());
-        same_layout!(&gather, Gathering { samples, spectral });
-        same_layout!(&gather, Seen { xyz, coverage, energies, rays, going });
-        assert_eq!(layout(&trace, "Ray").1 as u64, ray_bytes(form.polarized));
-        assert_eq!(layout(&trace, "Walk").1 as u64, walk_bytes(form.polarized));
-        assert_eq!(layout(&gather, "Walk"), layout(&trace, "Walk"));
+        same_layout!(&trace, Batch { pixels, first, count, budget, resume, spectral, fresh });
+        assert_eq!(layout(&trace, "Result").1 as u64, RESULT_BYTES);
+        assert_eq!(layout(&tree, "Ray").1 as u64, ray_bytes(form.polarized));
+        assert_eq!(layout(&tree, "Walk").1 as u64, walk_bytes(form.polarized));
+        for chain in [true, false] {
+            let gather = parsed(&form.gather(chain));
+            same_layout!(&gather, Seen { xyz, coverage, energies, rays, going });
+            assert_eq!(layout(&gather, "Result"), layout(&trace, "Result"));
+        }
+        assert_eq!(layout(&parsed(&form.gather(false)), "Walk"), layout(&tree, "Walk"));
     }
 }

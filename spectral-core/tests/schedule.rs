@@ -1,11 +1,13 @@
-//! Batches on a device that fails: its finished tiles stay, and a sound one carries on.
+//! Batches on a device that fails: its finished pixels stay, and a sound one carries on.
 
 use spectral_core::{
     Error,
     film::Film,
     kernel::{
-        block::{Primary, Seen},
-        schedule::{Finished, KernelTracer, Launch, overdue},
+        block::Seen,
+        pack,
+        plan::Plan,
+        schedule::{Finished, Job, KernelTracer, Launch},
     },
     probe::subjects,
     tracer::{DeviceInfo, OpenOptions, TraceReport, Tracer},
@@ -17,45 +19,50 @@ use std::time::Duration;
 #[derive(Clone, Copy)]
 enum Fault {
     None,
-    /// No memory for the batch after so many.
+    /// The batch after so many is refused.
     Full(u32),
-    /// The dispatch after so many ends with this message.
+    /// The batch after so many ends with this message.
     Ends(u32, &'static str),
+    /// The batch after so many never ends.
+    Hangs(u32),
 }
 
-/// Shows each camera ray as its own direction.
+/// Shows each pixel as its number, and takes its time over it: a batch is done when it is asked for the second time.
 struct Fake {
-    rays: Vec<Primary>,
+    plan: Plan,
+    under_way: Vec<Option<(Vec<u32>, u32)>>,
     begun: u32,
+    asked: u32,
     fault: Fault,
 }
 
 impl Launch for Fake {
-    fn most_samples(&self) -> u32 {
-        64
+    fn plan(&self) -> &Plan {
+        &self.plan
     }
 
-    fn begin(&mut self, rays: &[Primary]) -> Result<(), Error> {
+    fn submit(&mut self, slot: usize, job: &Job<'_>) -> Result<(), Error> {
         if matches!(self.fault, Fault::Full(after) if self.begun == after) {
             return Err(self.error("the stacks: the device has no memory left".into()));
         }
         self.begun += 1;
-        self.rays = rays.to_vec();
+        let before = self.under_way[slot].replace((job.pixels.to_vec(), job.batch.count));
+        assert_eq!(before, None, "one batch a slot");
         Ok(())
     }
 
-    fn dispatch(&mut self, _: u32, _: bool, _: &mut dyn FnMut()) -> Result<Finished, Error> {
-        if let Fault::Ends(after, message) = self.fault
-            && self.begun > after
-        {
-            return Err(self.error(message.to_owned()));
+    fn poll(&mut self, slot: usize, _: Duration) -> Result<Option<Finished>, Error> {
+        self.asked += 1;
+        match self.fault {
+            Fault::Ends(after, message) if self.begun > after => return Err(self.error(message.to_owned())),
+            Fault::Hangs(after) if self.begun > after => return Ok(None),
+            _ if self.asked % 2 == 1 => return Ok(None),
+            _ => {}
         }
-        let seen = |ray: &Primary| {
-            let bytes = bytemuck::bytes_of(ray);
-            let hash = bytes.iter().fold(0u32, |hash, b| hash.wrapping_mul(31).wrapping_add(u32::from(*b)));
-            Seen { xyz: [hash as f32, 1.0, 2.0], rays: 3, ..Seen::default() }
-        };
-        Ok(Finished { seen: self.rays.iter().map(seen).collect(), radiance: Vec::new() })
+        let (pixels, count) = self.under_way[slot].take().expect("a batch under way");
+        let seen =
+            |pixel: u32| Seen { xyz: [pixel as f32, 1.0, 2.0], rays: [3 * count, 0], ..Seen::default() };
+        Ok(Some(Finished { seen: pixels.into_iter().map(seen).collect(), radiances: Vec::new() }))
     }
 
     fn error(&self, message: String) -> Error {
@@ -78,33 +85,34 @@ fn trace(
         intersection: "none",
         hardware: false,
     };
-    let options = OpenOptions { tile: Some(tile), ..OpenOptions::default() };
-    let launch = Fake { rays: Vec::new(), begun: 0, fault };
+    let deadline = matches!(fault, Fault::Hangs(_)).then_some(Duration::from_millis(20));
+    let options = OpenOptions { tile: Some(tile), deadline, ..OpenOptions::default() };
+    let plan = Plan::new(&subject.scene, pack::form(&subject.scene), true, 1 << 20);
+    assert_eq!(plan.slots(), 3);
+    let launch = Fake { plan, under_way: vec![None; 3], begun: 0, asked: 0, fault };
     let mut tracer = KernelTracer::new(&device, launch, subject.scene, &options, Duration::ZERO)?;
     tracer.trace(0..1, film, &mut |_| ControlFlow::Continue(()))
 }
 
 #[test]
-fn finished_tiles_stay_and_are_counted_and_another_device_carries_on() {
+fn finished_pixels_stay_and_are_counted_and_another_device_carries_on() {
     let [subject, _] = subjects().expect("valid scenes");
     let mut whole = Film::new(&subject.scene);
     let report = trace(&mut whole, Fault::None, 8).expect("no fault");
     assert!(report.finished && report.rays == 3 * 64 && report.energy.started == 3.0 * 64.0);
-    let late = overdue(Duration::from_millis(1500));
-    assert_eq!(late, "the kernel has not ended after 1.5 seconds");
     for (fault, message) in [
         (Fault::Full(3), "fake: the stacks: the device has no memory left"),
         (Fault::Ends(3, "the device was lost"), "fake: the device was lost"),
-        (Fault::Ends(3, "the kernel has not ended after 1.5 seconds"), &format!("fake: {late}")),
+        (Fault::Hangs(3), "fake: the kernel has not ended after 0.02 seconds"),
     ] {
         let mut film = Film::new(&subject.scene);
-        // Batches of 2 × 2 pixels' number: three of them are done.
+        // Batches of four pixels: one by itself, then three under way, of which the last is the one.
         let failure = trace(&mut film, fault, 2).expect_err("a fault");
         assert_eq!(failure.to_string(), message);
-        let kept = (0..64).map(|i| film.samples(i % 8, i / 8)).sum::<u32>();
-        assert_eq!((kept, failure.report.rays), (12, 36));
-        assert!(failure.report.energy.started == 36.0 && !failure.report.finished);
+        let kept = u64::from((0..64).map(|i| film.samples(i % 8, i / 8)).sum::<u32>());
+        assert!((kept, failure.report.rays) == (4, 12) && !failure.report.finished, "{kept} pixels");
+        assert_eq!(failure.report.energy.started, 12.0);
         let rest = trace(&mut film, Fault::None, 3).expect("no fault");
-        assert!(rest.finished && rest.rays == 3 * 52 && film == whole);
+        assert!(rest.finished && rest.rays == 3 * 60 && film == whole);
     }
 }

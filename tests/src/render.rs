@@ -89,7 +89,7 @@ pub fn render_with(
     let prepared = Arc::new(PreparedScene::new(scene, settings).expect("a valid scene"));
     let mut film = Film::new(&prepared);
     let device = &(backend.devices)()[0];
-    let mut tracer = (backend.open)(device, prepared, options).expect("a device that opens");
+    let mut tracer = backend.tracer(device, prepared, options).expect("a device that opens");
     let mut report = TraceReport::default();
     for range in ranges {
         let part = tracer

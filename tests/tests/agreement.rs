@@ -45,7 +45,7 @@ fn main() {
 fn render(backend: &Backend, device: &DeviceInfo, exhibit: &Exhibit) -> Result<Film, Failed> {
     let prepared = Arc::new(PreparedScene::new(&exhibit.scene, &exhibit.settings)?);
     let mut film = Film::new(&prepared);
-    let mut tracer = (backend.open)(device, prepared, &OpenOptions::default())?;
+    let mut tracer = backend.tracer(device, prepared, &OpenOptions::default())?;
     let report = tracer.trace(0..exhibit.settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
     // Of the stones here none is damaged: no light may leave by a surface that rounding hid.
     let lost = report.energy.lost / report.energy.started;

@@ -29,7 +29,7 @@ fn break_off(backend: &Backend, scene: &Scene, settings: &RenderSettings, after:
     let prepared = Arc::new(PreparedScene::new(scene, settings).expect("a valid scene"));
     let mut film = Film::new(&prepared);
     let device = &(backend.devices)()[0];
-    let mut tracer = (backend.open)(device, prepared, &OpenOptions::default()).expect("a device");
+    let mut tracer = backend.tracer(device, prepared, &OpenOptions::default()).expect("a device");
     let (start, mut asked) = (Instant::now(), None);
     let mut calls = 0;
     let report = tracer

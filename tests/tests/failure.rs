@@ -19,7 +19,7 @@ use spectral_core::{
     prepare::PreparedScene,
     scene::Scene,
     settings::RenderSettings,
-    tracer::{Backend, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    tracer::{Backend, Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -76,15 +76,19 @@ fn fake(backend: &'static str) -> Vec<DeviceInfo> {
     vec![DeviceInfo { backend, name: format!("{backend} card (rev 2)"), ..(CPU.devices)().remove(0) }]
 }
 
+/// A device that traces on the processor what `change` makes of a scene.
 fn on_cpu(
     device: &DeviceInfo,
-    scene: Arc<PreparedScene>,
     after: u64,
     options: &OpenOptions,
-) -> Result<Box<dyn Tracer>, Error> {
+    change: fn(&DeviceInfo, Arc<PreparedScene>) -> Result<Arc<PreparedScene>, Error>,
+) -> Result<Box<dyn Device>, Error> {
     let options = OpenOptions { tile: Some(5), ..*options };
-    let cpu = (CPU.open)(&(CPU.devices)()[0], scene, &options)?;
-    Ok(Box::new(Lost { cpu, device: device.clone(), after }))
+    let (device, mut cpu) = (device.clone(), (CPU.open)(&(CPU.devices)()[0], &options)?);
+    Ok(Box::new(move |scene| {
+        let cpu = cpu.load(change(&device, scene)?)?;
+        Ok(Box::new(Lost { cpu, device: device.clone(), after }) as Box<dyn Tracer>)
+    }))
 }
 
 /// Passes the probe (64 pixels) and is lost in anything larger.
@@ -93,20 +97,22 @@ const FLAKY: Backend = Backend {
     about: "lost midway",
     devices: || fake("flaky"),
     unusable: Vec::new,
-    open: |device, scene, options| on_cpu(device, scene, 400, options),
+    open: |device, options| on_cpu(device, 400, options, |_, scene| Ok(scene)),
 };
 
 const CLOSED: Backend = Backend {
     name: "closed",
-    about: "passes the probe and does not open for anything larger",
+    about: "passes the probe and has no room for anything larger",
     devices: || fake("closed"),
     unusable: Vec::new,
-    open: |device, scene, options| match scene.width {
-        0..=8 => on_cpu(device, scene, u64::MAX, options),
-        _ => Err(Error::Device {
-            device: device.name.clone(),
-            message: "the device has no memory left".into(),
-        }),
+    open: |device, options| {
+        on_cpu(device, u64::MAX, options, |device, scene| match scene.width {
+            0..=8 => Ok(scene),
+            _ => Err(Error::Device {
+                device: device.name.clone(),
+                message: "the device has no memory left".into(),
+            }),
+        })
     },
 };
 
@@ -115,10 +121,12 @@ const LIAR: Backend = Backend {
     about: "shows every scene in light that is twice as bright",
     devices: || fake("liar"),
     unusable: Vec::new,
-    open: |device, scene, options| {
-        let mut scene = (*scene).clone();
-        scene.environment = Arc::new(Environment::uniform([2.0; 3]));
-        on_cpu(device, Arc::new(scene), u64::MAX, options)
+    open: |device, options| {
+        on_cpu(device, u64::MAX, options, |_, scene| {
+            let mut scene = (*scene).clone();
+            scene.environment = Arc::new(Environment::uniform([2.0; 3]));
+            Ok(Arc::new(scene))
+        })
     },
 };
 
@@ -127,7 +135,7 @@ const HANGING: Backend = Backend {
     about: "never opens",
     devices: || fake("hanging"),
     unusable: Vec::new,
-    open: |_, _, _| {
+    open: |_, _| {
         std::thread::sleep(Duration::from_secs(3600));
         Err(Error::Device { device: String::new(), message: String::new() })
     },
@@ -245,7 +253,7 @@ fn a_trace_that_is_broken_off_twice_ends_with_the_same_bits() {
     let mut report = TraceReport::default();
     for (tile, until) in [(7, 300), (16, 2000), (3, u64::MAX)] {
         let options = OpenOptions { tile: Some(tile), ..OpenOptions::default() };
-        let mut tracer = (CPU.open)(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
+        let mut tracer = CPU.tracer(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
         let mut watch = |at: Progress| {
             if at.done >= until { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
@@ -265,7 +273,7 @@ fn a_dispatch_past_its_deadline_is_an_error_that_says_so() {
     let options = OpenOptions { deadline: Some(Duration::from_millis(1)), ..OpenOptions::default() };
     for backend in [WGPU, VULKAN] {
         for device in (backend.devices)().into_iter().filter(|device| !device.hardware) {
-            let mut tracer = (backend.open)(&device, scene.clone(), &options).expect("opens");
+            let mut tracer = backend.tracer(&device, scene.clone(), &options).expect("opens");
             let mut film = Film::new(&scene);
             let failure = tracer
                 .trace(0..6, &mut film, &mut |_| ControlFlow::Continue(()))
@@ -284,7 +292,7 @@ fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles_for_the_processor() {
         let gpu = Gpu::of(adapter).expect("opens");
         let device = gpu.device.clone();
         let options = OpenOptions { tile: Some(8), ..OpenOptions::default() };
-        let mut tracer = backend_wgpu::open_on(gpu, &info, scene.clone(), &options).expect("opens");
+        let mut tracer = backend_wgpu::open_on(gpu, &info, &options).load(scene.clone()).expect("opens");
         let mut film = Film::new(&scene);
         let failure = tracer
             .trace(0..6, &mut film, &mut |at| {
@@ -298,7 +306,7 @@ fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles_for_the_processor() {
         assert!(matches!(failure.error, Error::Device { .. }));
         let kept: u64 = (0..40 * 40).map(|i| u64::from(film.samples(i % 40, i / 40))).sum();
         assert!(kept >= 600 && failure.report.energy.started == 3.0 * kept as f64, "{kept}");
-        let mut cpu = (CPU.open)(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
+        let mut cpu = CPU.tracer(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
         let rest =
             cpu.trace(0..6, &mut film, &mut |_| ControlFlow::Continue(())).expect("the processor works");
         assert!(rest.finished && film.is_complete(6));
@@ -316,7 +324,7 @@ fn a_light_beyond_the_device_is_refused_when_it_is_opened() {
     for backend in [WGPU, VULKAN] {
         for device in (backend.devices)() {
             let error =
-                (backend.open)(&device, scene.clone(), &OpenOptions::default()).err().expect("too wide");
+                backend.tracer(&device, scene.clone(), &OpenOptions::default()).err().expect("too wide");
             let message = error.to_string();
             assert!(matches!(error, Error::Device { .. }) && message.contains("40000"), "{message}");
         }

@@ -172,7 +172,7 @@ fn trial(gpu: &Gpu, scene: &PreparedScene, rays: &[Row], margins: f32) -> [f64; 
     let intersect = facets.intersect();
     assert!(intersect.contains(&own(Facets::MARGINS)));
     let intersect = intersect.replace(&own(Facets::MARGINS), &own(margins));
-    let constants = pack::form(scene, 64).constants();
+    let constants = pack::form(scene).constants();
     let library = [&constants, SCENE, NEST, DIRECTION, SURFACE, &intersect].join("\n");
     let contents = pack::scene(scene);
     let uniform = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;

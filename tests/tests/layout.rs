@@ -16,7 +16,7 @@ use std::mem::offset_of;
 fn module() -> Module {
     let mesh = icosphere(2);
     let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default()).expect("a valid mesh");
-    let form = Form { polarized: true, contacts: true, stack: 16, workgroup: 64 };
+    let form = Form { polarized: true, contacts: true, stack: 16 };
     let source = form.trace(&(bvh.wgsl_constants() + INTERSECT));
     let module =
         naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));

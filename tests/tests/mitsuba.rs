@@ -46,7 +46,7 @@ fn render(
 ) -> Result<Film, Failed> {
     let prepared = Arc::new(PreparedScene::new(scene, settings)?);
     let mut film = Film::new(&prepared);
-    let mut tracer = (backend.open)(device, prepared, &OpenOptions::default())?;
+    let mut tracer = backend.tracer(device, prepared, &OpenOptions::default())?;
     tracer.trace(0..settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
     Ok(film)
 }

@@ -12,7 +12,8 @@ use std::ops::ControlFlow;
 
 fn reference(subject: &Subject) -> Vec<[f32; 3]> {
     let device = &(REFERENCE.devices)()[0];
-    let mut tracer = (REFERENCE.open)(device, subject.scene.clone(), &OpenOptions::default())
+    let mut tracer = REFERENCE
+        .tracer(device, subject.scene.clone(), &OpenOptions::default())
         .expect("the reference opens");
     let mut film = Film::new(&subject.scene);
     tracer.trace(0..1, &mut film, &mut |_| ControlFlow::Continue(())).expect("the reference works");

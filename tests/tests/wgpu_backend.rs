@@ -88,7 +88,7 @@ fn a_cancelled_trace_keeps_what_is_finished() {
         Arc::new(PreparedScene::new(&two_stones(studio()), &few_samples()).expect("a valid scene"));
     let mut film = Film::new(&prepared);
     let options = OpenOptions { tile: Some(4), ..OpenOptions::default() };
-    let mut tracer = (WGPU.open)(&(WGPU.devices)()[0], prepared, &options).expect("a device that opens");
+    let mut tracer = WGPU.tracer(&(WGPU.devices)()[0], prepared, &options).expect("a device that opens");
     let report = tracer
         .trace(0..5, &mut film, &mut |progress| {
             if progress.done >= 50 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -132,12 +132,12 @@ static OPENED: AtomicU32 = AtomicU32::new(0);
 const CARD: Backend = Backend {
     name: "card",
     devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
-    open: |device, scene, options| match OPENED.fetch_add(1, Relaxed) {
+    open: |device, options| match OPENED.fetch_add(1, Relaxed) {
         2 | 6.. => {
             let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
             Err(spectral_core::Error::Device { device, message })
         }
-        _ => (CPU.open)(device, scene, options),
+        _ => (CPU.open)(device, options),
     },
     ..CPU
 };

@@ -169,7 +169,10 @@ fn a_named_device_that_is_lost_leaves_a_partial_picture_and_exit_code_1() {
     let card = Backend {
         name: "card",
         devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
-        open: |device, scene, options| Ok(Box::new(Lost((CPU.open)(device, scene, options)?))),
+        open: |device, options| {
+            let mut cpu = (CPU.open)(device, options)?;
+            Ok(Box::new(move |scene| Ok(Box::new(Lost(cpu.load(scene)?)) as Box<dyn Tracer>)))
+        },
         ..CPU
     };
     let place = Workplace::new();

@@ -50,6 +50,30 @@ pub struct Scene {
     pub grazing: f32,
     /// Facet planes, where one convex stone is met by them.
     pub facets: u32,
+    /// Columns of the picture.
+    pub width: u32,
+    /// Tables of optics; samples take them in turn.
+    pub tables: u32,
+    /// Radius of the sphere about the origin that holds the stones, mm; 0 where there are none.
+    pub reach: f32,
+    /// How far before the plane of `centre` the eye is; this and what follows: [`Frame`](crate::camera::Frame).
+    pub depth: f32,
+    /// The picture's middle, pixels.
+    pub middle: [f32; 2],
+    /// Nothing.
+    pub padding: [u32; 2],
+    /// mm, local.
+    pub centre: [f32; 4],
+    /// mm a pixel.
+    pub right: [f32; 4],
+    /// mm a pixel.
+    pub down: [f32; 4],
+    /// Unit.
+    pub forward: [f32; 4],
+    /// A pixel.
+    pub across: [f32; 4],
+    /// A pixel.
+    pub along: [f32; 4],
 }
 
 /// A facet plane (`surface.wgsl`).
@@ -66,7 +90,7 @@ pub struct Plane {
     pub padding: [u32; 3],
 }
 
-/// A camera ray near the stones (`walk.wgsl`).
+/// A camera ray near the stones (`batch.wgsl`), which never leaves the device.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Primary {
@@ -84,49 +108,48 @@ pub struct Primary {
     pub padding: u32,
 }
 
-/// One dispatch of `trace` (`main_trace.wgsl`).
+/// A batch (`batch.wgsl`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Work {
-    /// Work items: pixel samples × wavelengths.
-    pub items: u32,
+pub struct Batch {
+    /// Pixels.
+    pub pixels: u32,
+    /// The first sample of each pixel.
+    pub first: u32,
+    /// Samples of each pixel.
+    pub count: u32,
     /// Rays that an invocation follows at most.
     pub budget: u32,
     /// 0 begins the walks, 1 resumes them.
     pub resume: u32,
+    /// 1 keeps every radiance.
+    pub spectral: u32,
+    /// 1 where the pixels have no samples yet.
+    pub fresh: u32,
     /// Nothing.
     pub padding: u32,
 }
 
-/// One dispatch of `gather` (`main_gather.wgsl`).
-#[repr(C)]
-#[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Gathering {
-    /// Pixel samples.
-    pub samples: u32,
-    /// 1 writes every radiance out.
-    pub spectral: u32,
-    /// Nothing.
-    pub padding: [u32; 2],
-}
-
-/// A finished pixel sample (`main_gather.wgsl`).
+/// A pixel after a batch (`main_gather.wgsl`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
 pub struct Seen {
-    /// CIE XYZ.
+    /// CIE XYZ, the sum over all samples so far.
     pub xyz: [f32; 3],
-    /// 1 where the primary ray meets a stone.
+    /// Samples so far whose primary ray meets a stone.
     pub coverage: f32,
-    /// Throughput dropped at the depth limit, dropped below the threshold, left at the limit, and lost.
+    /// Throughput that the batch dropped at the depth limit, dropped below the threshold, let out at the limit, and lost.
     pub energies: [f32; 4],
-    /// Segments traced.
-    pub rays: u32,
+    /// Segments that the batch traced: low and high word.
+    pub rays: [u32; 2],
     /// Work items that are not over.
     pub going: u32,
     /// Nothing.
-    pub padding: [u32; 2],
+    pub padding: u32,
 }
+
+/// Bytes of a work item's result (`Result` in `batch.wgsl`), which never leaves the device.
+pub const RESULT_BYTES: u64 = 32;
 
 /// Bytes of a waiting ray (`Ray` in `walk.wgsl`), which never leaves the device.
 pub const fn ray_bytes(polarized: bool) -> u64 {

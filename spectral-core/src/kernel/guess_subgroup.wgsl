@@ -82,3 +82,9 @@ fn facets_guess(query: Query) -> Answer {
     }
     return answer;
 }
+
+// Whether an invocation makes another turn of a loop that it needs while it is `alive`: all stay for as long as one needs
+// it, since they search together.
+fn guess_again(alive: bool) -> bool {
+    return subgroupAny(alive);
+}

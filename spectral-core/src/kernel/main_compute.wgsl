@@ -1,6 +1,10 @@
 // The compute entry point that traces.
 
 @compute @workgroup_size(WORKGROUP)
-fn trace(@builtin(global_invocation_id) id: vec3<u32>) {
-    trace_item(id.x);
+fn trace(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    trace_item(invocation(group, groups, lane));
 }

@@ -1,7 +1,11 @@
 // The compute entry point that traces one convex stone.
 
 @compute @workgroup_size(WORKGROUP)
-fn trace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+fn trace(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
     facets_load(lane);
-    trace_item(id.x);
+    trace_item(invocation(group, groups, lane));
 }

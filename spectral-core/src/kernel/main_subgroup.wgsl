@@ -2,11 +2,12 @@
 
 @compute @workgroup_size(WORKGROUP)
 fn trace(
-    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
     @builtin(subgroup_invocation_id) number: u32,
 ) {
     subgroup_lane = number;
     facets_load(lane);
-    trace_item(id.x);
+    trace_item(invocation(group, groups, lane));
 }

@@ -1,21 +1,10 @@
 // What an entry point that traces does: one invocation a work item, which is a pixel sample at one wavelength.
 //
 // A tree of rays can be vast, and desktop systems end kernels that run for seconds. So an invocation follows at
-// most `work.budget` rays and leaves its walk in memory, to be resumed by the next dispatch.
+// most `batch.budget` rays and leaves its walk in memory, to be resumed by the next dispatch.
 
-struct Work {
-    // Work items in this dispatch.
-    items: u32,
-    // Rays that an invocation follows at most.
-    budget: u32,
-    // 0 begins the walks, 1 resumes them.
-    resume: u32,
-}
-
-@group(1) @binding(0) var<uniform> work: Work;
-@group(1) @binding(1) var<storage, read> primaries: array<Primary>;
-@group(1) @binding(2) var<storage, read_write> walks: array<Walk>;
-@group(1) @binding(3) var<storage, read_write> stack: array<Ray>;
+@group(1) @binding(2) var<storage, read> primaries: array<Primary>;
+@group(1) @binding(4) var<storage, read_write> stack: array<Ray>;
 
 fn stack_store(item: u32, place: u32, ray: Ray) {
     stack[item * STACK + place] = ray;
@@ -30,24 +19,25 @@ fn walk_begin(primary: Primary) -> Walk {
     let throughput = throughput_eye(primary.direction);
     let ray = Ray(primary.origin, 0u, primary.direction, throughput, scene.eye_nest, max(primary.near, 1u) - 1u);
     let state = select(WALK_PASSING, WALK_GOING, primary.near != 0u);
-    return Walk(ray, 0.0, Account(0u, 0.0, 0.0, 0.0, 0.0), 0u, state, 0u);
+    return Walk(ray, Result(), 0u, state);
 }
 
 // Begins or resumes the walk of a work item.
 fn trace_item(item: u32) {
-    if item >= work.items {
+    if item >= batch.pixels * batch.count * scene.lines {
         return;
     }
     let primary = primaries[item / scene.lines];
     let line = line_at(primary.first_line + item % scene.lines);
     var walk: Walk;
-    if work.resume == 0u {
+    if batch.resume == 0u {
         walk = walk_begin(primary);
     } else {
         walk = walks[item];
     }
-    for (var i = 0u; i < work.budget && walk.state != WALK_OVER; i++) {
+    for (var i = 0u; i < batch.budget && walk.state != WALK_OVER; i++) {
         walk_go_on(&walk, item, line, primary.background);
     }
+    walk.result.going = select(1u, 0u, walk.state == WALK_OVER);
     walks[item] = walk;
 }

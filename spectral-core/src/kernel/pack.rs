@@ -2,20 +2,17 @@
 
 use super::{
     Form,
-    block::{Plane, Primary, Scene},
+    block::{Plane, Scene},
     stack_places,
 };
 use crate::{
     Error,
-    camera::CameraRay,
     environment::{Environment, Ground, Source},
-    film::Tile,
     prepare::{Geometry, Nest, PreparedScene, SpectralTable},
     scene::Background,
     settings::Leftover,
 };
 use glam::DVec3;
-use std::ops::Range;
 
 impl Nest {
     /// The most stones of a scene whose ranks fit the kernel's 16 bits.
@@ -38,12 +35,11 @@ impl Nest {
 }
 
 /// The choices that a scene asks of the kernel.
-pub fn form(scene: &PreparedScene, workgroup: u32) -> Form {
+pub fn form(scene: &PreparedScene) -> Form {
     Form {
         polarized: scene.settings.polarized,
         contacts: scene.geometry.contacts,
         stack: stack_places(&scene.settings),
-        workgroup,
     }
 }
 
@@ -85,8 +81,36 @@ pub fn scene(scene: &PreparedScene) -> Scene {
         builder_scale: 1.0,
         gain: 1.0,
         facets: scene.lone_convex_stone().map_or(0, |stone| stone.facets.len() as u32),
-        ..below(&scene.environment)
+        ..camera(scene, below(&scene.environment))
     }
+}
+
+/// How the device makes camera rays.
+fn camera(scene: &PreparedScene, block: Scene) -> Scene {
+    // A little outside of every stone, whatever rounding does.
+    let reach = scene.geometry.radius * 1.001;
+    let frame = scene.view.frame(reach.max(1e-3));
+    let vector = |v: DVec3| v.as_vec3().extend(0.0).to_array();
+    Scene {
+        width: scene.width,
+        tables: scene.optics.tables.len() as u32,
+        reach: reach as f32,
+        middle: frame.middle.map(|v| v as f32),
+        depth: frame.depth as f32,
+        centre: vector(frame.centre),
+        right: vector(frame.right),
+        down: vector(frame.down),
+        forward: vector(frame.forward),
+        across: vector(frame.across),
+        along: vector(frame.along),
+        ..block
+    }
+}
+
+/// Where each sample lies in its pixel.
+pub fn offsets(scene: &PreparedScene) -> Vec<[f32; 2]> {
+    let settings = &scene.settings;
+    (0..settings.samples).map(|sample| settings.offset(sample).map(|v| v as f32)).collect()
 }
 
 /// Where the lights end in the image, and where the ground's picture lies.
@@ -143,36 +167,4 @@ fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
         [medium.n as f32, medium.k as f32, medium.absorption as f32, 0.0]
     }));
     vectors
-}
-
-fn background(scene: &PreparedScene, ray: &CameraRay) -> [f32; 3] {
-    match scene.background {
-        Background::Environment => scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32),
-        Background::Transparent => [0.0; 3],
-    }
-}
-
-/// The camera rays of some samples over a tile: pixel by pixel, each pixel's samples in order, as
-/// [`TileSums`](crate::film::TileSums) has them.
-pub fn primaries(scene: &PreparedScene, tile: Tile, samples: Range<u32>) -> Vec<Primary> {
-    let lines = scene.wavelength_count() as u32;
-    let mut rays = Vec::with_capacity(tile.width as usize * tile.height as usize * samples.len());
-    for y in tile.y..tile.y + tile.height {
-        for x in tile.x..tile.x + tile.width {
-            for sample in samples.clone() {
-                let offset = scene.settings.offset(sample);
-                let ray = scene.view.ray(f64::from(x) + offset[0], f64::from(y) + offset[1]);
-                let near = scene.geometry.arrival(&ray);
-                rays.push(Primary {
-                    origin: near.map_or(DVec3::ZERO, |(start, _)| start).as_vec3().to_array(),
-                    first_line: sample % scene.optics.tables.len() as u32 * lines,
-                    direction: ray.direction.as_vec3().to_array(),
-                    near: near.map_or(0, |(_, facet)| facet as u32 + 1),
-                    background: background(scene, &ray),
-                    padding: 0,
-                });
-            }
-        }
-    }
-    rays
 }

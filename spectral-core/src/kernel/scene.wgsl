@@ -39,6 +39,22 @@ struct Scene {
     grazing: f32,
     // Facet planes, where one convex stone is met by them.
     facets: u32,
+    // Columns of the picture.
+    width: u32,
+    // Tables of optics; samples take them in turn.
+    tables: u32,
+    // Radius of the sphere about the origin that holds the stones; 0 where there are none.
+    reach: f32,
+    // The camera (`View::frame`): the picture's middle, pixels; the point seen there on the plane that is `depth` from
+    // the eye, and its change a pixel to the right and down; the direction there, and its change.
+    depth: f32,
+    middle: vec2<f32>,
+    centre: vec3<f32>,
+    right: vec3<f32>,
+    down: vec3<f32>,
+    forward: vec3<f32>,
+    across: vec3<f32>,
+    along: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;

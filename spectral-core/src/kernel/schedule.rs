@@ -1,76 +1,91 @@
 //! The picture in batches, each short enough for a desktop: a [`Tracer`] for every GPU backend.
 //!
-//! A backend gives a [`Launch`], which has run once over nothing, so that its shaders are compiled, and which runs the
-//! kernel over a batch of camera rays once; this module chooses the batches by the time they take, resumes walks that
-//! are not over, and keeps the film and the account.
+//! A backend gives a [`Launch`], which has run once over nothing, so that its shaders are compiled. It takes a batch of
+//! pixels at a time without waiting for it, and is asked later whether the batch is done. This module chooses the batches
+//! by the time they take, keeps several under way, resumes walks that are not over, and keeps the film and the account.
 
 use super::{
-    block::{Primary, Seen},
-    pack,
+    block::{Batch, Seen},
+    plan::Plan,
 };
 use crate::{
     Error,
-    film::{Film, Missing, PixelSample, Tile, TileSums},
+    film::{Film, Missing, PixelSums},
     prepare::PreparedScene,
     tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_call},
 };
+use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
+use web_time::Instant;
 
-/// What a dispatch should take: far below the two seconds after which desktop systems end it, far above what its
+/// What a batch should take: far below the two seconds after which desktop systems end it, far above what its
 /// submission costs.
 const TARGET: Duration = Duration::from_millis(60);
 /// Pixel samples × wavelengths of the first batch, before anything is known of the device.
-const FIRST_ITEMS: u32 = 2048;
-/// Rays that an invocation of a batch's first dispatch follows.
-const BUDGET: u32 = 64;
-/// The most samples of a pixel in one pass over the picture: partial pictures are even.
-const PASS: u32 = 16;
+const FIRST_ITEMS: f64 = 2048.0;
+/// Rays that an invocation follows in a batch's first dispatch; chains are followed to their ends.
+const BUDGET: u32 = 256;
+/// The fewest samples of a pixel that a batch takes, if there are so many.
+const FEWEST: u32 = 16;
 
-/// The most memory for the paths of a batch, bytes.
-pub const PATH_MEMORY: u64 = 512 << 20;
 /// A dispatch that has not ended after this long hangs, unless [`OpenOptions::deadline`] says otherwise: the slowest
 /// device that is any use ends it in a hundredth.
 pub const DEADLINE: Duration = Duration::from_secs(120);
 /// As [`DEADLINE`], where the driver may still be compiling: some do so when a shader first runs, on busy machines for
 /// a minute.
 pub const COMPILE_DEADLINE: Duration = Duration::from_secs(600);
-/// How long a backend waits for its device before it calls `beat`.
+/// How long a backend waits for its device before it returns to the caller.
 pub const HEARTBEAT: Duration = Duration::from_millis(50);
 
-/// What is said of a device that has not ended its work in time.
+/// The message about a device that has not ended its work in time.
 pub fn overdue(deadline: Duration) -> String {
     format!("the kernel has not ended after {} seconds", deadline.as_secs_f64())
+}
+
+/// What a batch takes from the host.
+#[derive(Debug, Clone, Copy)]
+pub struct Job<'a> {
+    /// Its constants.
+    pub batch: Batch,
+    /// Pixel numbers, row by row in the picture.
+    pub pixels: &'a [u32],
+    /// XYZ and coverage of each pixel so far; empty where [`Batch::fresh`] says that there is none.
+    pub sums: &'a [[f32; 4]],
+    /// Radiances of each pixel so far, wavelengths innermost, where the film keeps them and the pixels are not fresh.
+    pub radiances: &'a [f32],
 }
 
 /// What a batch gives back.
 #[derive(Debug, Clone, Default)]
 pub struct Finished {
-    /// Each pixel sample.
+    /// Each pixel.
     pub seen: Vec<Seen>,
-    /// Each sample's radiances, wavelengths innermost, where the film keeps them; else empty.
-    pub radiance: Vec<f32>,
+    /// Sums of each pixel's radiances, wavelengths innermost, where the film keeps them; else empty.
+    pub radiances: Vec<f32>,
 }
 
 /// A scene's kernel on an open device.
 pub trait Launch: Send {
-    /// Pixel samples that a batch may hold; 0 where not one fits.
-    fn most_samples(&self) -> u32;
+    /// How large batches may be.
+    fn plan(&self) -> &Plan;
 
-    /// Begins a batch: takes its camera rays, at most [`Launch::most_samples`].
+    /// Sends a batch to the device and returns at once. `slot` is less than [`Plan::slots`], and nothing is under way
+    /// there.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device refuses memory.
-    fn begin(&mut self, rays: &[Primary]) -> Result<(), Error>;
+    /// [`Error::Device`] where the device fails.
+    fn submit(&mut self, slot: usize, job: &Job<'_>) -> Result<(), Error>;
 
-    /// One dispatch over the batch: every invocation follows at most `budget` rays, beginning its walk or resuming
-    /// it. Waits for it, calling `beat` every [`HEARTBEAT`], at most for
-    /// the deadline it was opened with.
+    /// What the batch in a slot has come to, if it is done, waiting for it for at most `patience`.
     ///
     /// # Errors
-    /// [`Error::Device`] where the device fails or hangs.
-    fn dispatch(&mut self, budget: u32, resume: bool, beat: &mut dyn FnMut()) -> Result<Finished, Error>;
+    /// [`Error::Device`] where the device fails.
+    fn poll(&mut self, slot: usize, patience: Duration) -> Result<Option<Finished>, Error>;
+
+    /// The device hangs: nothing that it may still use may be freed.
+    fn abandon(&mut self) {}
 
     /// The error that this device has failed with the given message.
     fn error(&self, message: String) -> Error;
@@ -83,10 +98,20 @@ pub struct KernelTracer<L> {
     scene: Arc<PreparedScene>,
     /// Pixels that a batch may hold.
     tile: u32,
-    /// Work items for a dispatch of [`TARGET`], as measured.
-    items: f64,
+    deadline: Duration,
+    /// Work items for a batch of [`TARGET`], as measured; none before the first.
+    items: Option<f64>,
     /// Reported by the first call.
     build: Option<Duration>,
+}
+
+/// A batch under way.
+struct Flight {
+    slot: usize,
+    batch: Batch,
+    /// Which of the round's pixels.
+    pixels: Range<usize>,
+    begun: Instant,
 }
 
 /// The caller's side of a trace.
@@ -96,11 +121,19 @@ struct Run<'a> {
     report: TraceReport,
     at: Progress,
     stop: bool,
+    flights: VecDeque<Flight>,
+    /// When the last batch was done.
+    ended: Instant,
 }
 
 impl Run<'_> {
     fn beat(&mut self) {
         self.stop |= (self.progress)(self.at).is_break();
+    }
+
+    /// Column and row of a pixel.
+    fn place(&self, pixel: u32) -> (u32, u32) {
+        (pixel % self.film.width(), pixel / self.film.width())
     }
 }
 
@@ -116,76 +149,177 @@ impl<L: Launch> KernelTracer<L> {
         options: &OpenOptions,
         build: Duration,
     ) -> Result<Self, Error> {
-        if launch.most_samples() == 0 {
+        if launch.plan().samples == 0 {
             let lines = scene.wavelength_count();
             let message = format!("the paths of {lines} wavelengths do not fit in this device's buffers");
             return Err(launch.error(message));
         }
         let tile = options.tile.map_or(u32::MAX, |edge| edge.clamp(1, 1024).pow(2));
-        let (device, items, build) = (device.clone(), f64::from(FIRST_ITEMS), Some(build));
-        Ok(KernelTracer { device, launch, scene, tile, items, build })
+        let deadline = options.deadline.unwrap_or(DEADLINE);
+        Ok(KernelTracer {
+            device: device.clone(),
+            launch,
+            scene,
+            tile,
+            deadline,
+            items: None,
+            build: Some(build),
+        })
     }
 
-    /// Some samples of every pixel, row by row.
-    fn pass(&mut self, samples: Range<u32>, run: &mut Run<'_>) -> Result<(), Error> {
-        let (width, height) = (self.scene.width, self.scene.height);
-        let (mut x, mut y) = (0, 0);
-        while y < height {
+    /// Some samples of every pixel in a list, all of which have the same number.
+    fn round(&mut self, samples: Range<u32>, pixels: &[u32], run: &mut Run<'_>) -> Result<(), Error> {
+        let mut next = 0;
+        loop {
             run.beat();
-            if run.stop {
-                return Ok(());
+            while !run.stop && next < pixels.len() && run.flights.len() < self.slots() {
+                let end = pixels.len().min(next + self.pixels(samples.len() as u32));
+                self.begin(samples.clone(), pixels, next..end, run)?;
+                next = end;
             }
-            let tile = next_tile([x, y], [width, height], self.pixels(samples.len() as u32));
-            for Missing { tile, samples } in run.film.missing(tile, &samples) {
-                let Some(sums) = self.tile(tile, samples, run)? else { return Ok(()) };
-                run.film.add(&sums)?;
-                run.at.done += sums.samples.len() as u64;
-            }
-            x += tile.width;
-            if x >= width {
-                (x, y) = (0, y + tile.height);
+            let Some(flight) = run.flights.front() else { return Ok(()) };
+            match self.launch.poll(flight.slot, HEARTBEAT.min(self.deadline))? {
+                Some(finished) => self.end(pixels, finished, run)?,
+                None if flight.begun.max(run.ended).elapsed() > self.deadline => {
+                    self.launch.abandon();
+                    return Err(self.launch.error(overdue(self.deadline)));
+                }
+                None => {}
             }
         }
-        run.beat();
-        Ok(())
+    }
+
+    /// Batches that may be under way: one until the device's speed is known.
+    fn slots(&self) -> usize {
+        if self.items.is_some() { self.launch.plan().slots() } else { 1 }
+    }
+
+    /// Samples of each pixel for the next round, of so many that are missing.
+    fn samples(&self, missing: u32) -> u32 {
+        let plan = self.launch.plan();
+        let quick = (self.items.unwrap_or(FIRST_ITEMS) / f64::from(plan.lines)) as u32;
+        missing.min(quick.max(FEWEST)).min(plan.samples)
     }
 
     /// Pixels of `samples` samples each for the next batch.
-    fn pixels(&self, samples: u32) -> u32 {
-        let lines = self.scene.wavelength_count() as f64;
-        let wanted = (self.items / (lines * f64::from(samples))) as u32;
-        wanted.min(self.launch.most_samples() / samples).min(self.tile).max(1)
+    fn pixels(&self, samples: u32) -> usize {
+        let plan = self.launch.plan();
+        let wanted = (self.items.unwrap_or(FIRST_ITEMS) / f64::from(plan.lines * samples)) as u32;
+        wanted.min(plan.samples / samples).min(plan.pixels).min(self.tile).max(1) as usize
     }
 
-    /// One batch; `None` if the caller broke it off.
-    fn tile(
+    fn begin(
         &mut self,
-        tile: Tile,
         samples: Range<u32>,
+        pixels: &[u32],
+        part: Range<usize>,
         run: &mut Run<'_>,
-    ) -> Result<Option<TileSums>, Error> {
-        let rays = pack::primaries(&self.scene, tile, samples);
-        let lines = self.scene.wavelength_count() as u32;
-        self.launch.begin(&rays)?;
-        let (mut budget, mut resume) = (BUDGET, false);
-        loop {
-            let start = Instant::now();
-            let finished = self.launch.dispatch(budget, resume, &mut || run.beat())?;
-            let ratio = TARGET.as_secs_f64() / start.elapsed().as_secs_f64().max(1e-6);
-            if !resume {
-                self.items = rays.len() as f64 * f64::from(lines) * ratio.clamp(0.25, 2.0);
-            }
-            if finished.seen.iter().all(|seen| seen.going == 0) {
-                return Ok(Some(sums(tile, finished, lines, &mut run.report)));
-            }
-            if run.stop {
-                return Ok(None);
-            }
-            // Few walks are left: each may go further in the same time.
-            budget = (f64::from(budget) * ratio.clamp(0.25, 4.0)).clamp(1.0, 4096.0) as u32;
-            resume = true;
-        }
+    ) -> Result<(), Error> {
+        let batch = Batch {
+            pixels: part.len() as u32,
+            first: samples.start,
+            count: samples.len() as u32,
+            budget: BUDGET,
+            resume: 0,
+            spectral: u32::from(self.launch.plan().spectral),
+            fresh: u32::from(samples.start == 0),
+            padding: 0,
+        };
+        let slots = self.launch.plan().slots();
+        let slot = run.flights.back().map_or(0, |last| (last.slot + 1) % slots);
+        let flight = Flight { slot, batch, pixels: part, begun: Instant::now() };
+        self.send(&flight, pixels, run)?;
+        run.report.batches += 1;
+        run.flights.push_back(flight);
+        Ok(())
     }
+
+    fn send(&mut self, flight: &Flight, pixels: &[u32], run: &Run<'_>) -> Result<(), Error> {
+        let pixels = &pixels[flight.pixels.clone()];
+        let (mut sums, mut radiances) = (Vec::new(), Vec::new());
+        if flight.batch.fresh == 0 {
+            for &pixel in pixels {
+                let (x, y) = run.place(pixel);
+                let PixelSums { xyz: [a, b, c], coverage, .. } = run.film.sums(x, y);
+                sums.push([a, b, c, coverage]);
+                radiances.extend_from_slice(run.film.radiance_sums(x, y));
+            }
+        }
+        let job = Job { batch: flight.batch, pixels, sums: &sums, radiances: &radiances };
+        self.launch.submit(flight.slot, &job)
+    }
+
+    /// The oldest batch is done: its pixels go to the film, or its walks are resumed.
+    fn end(&mut self, pixels: &[u32], finished: Finished, run: &mut Run<'_>) -> Result<(), Error> {
+        let mut flight = run.flights.pop_front().expect("a batch that was asked for");
+        let took = flight.begun.max(run.ended).elapsed().as_secs_f64().max(1e-6);
+        let ratio = TARGET.as_secs_f64() / took;
+        run.ended = Instant::now();
+        if flight.batch.resume == 0 {
+            let lines = self.launch.plan().lines;
+            let items = f64::from(flight.batch.pixels) * f64::from(flight.batch.count) * f64::from(lines);
+            // The last batch of a round may be too small to tell.
+            if ratio < 1.0 || self.items.is_none_or(|known| 2.0 * items >= known) {
+                self.items = Some(items * ratio.clamp(0.25, 8.0));
+            }
+        }
+        if finished.seen.iter().any(|seen| seen.going != 0) {
+            if !run.stop {
+                // Few walks are left: each may go further in the same time.
+                let budget = f64::from(flight.batch.budget) * ratio.clamp(0.25, 4.0);
+                flight.batch = Batch { budget: budget.clamp(1.0, 4096.0) as u32, resume: 1, ..flight.batch };
+                flight.begun = run.ended;
+                self.send(&flight, pixels, run)?;
+                run.flights.push_front(flight);
+            }
+            return Ok(());
+        }
+        self.keep(&pixels[flight.pixels.clone()], flight.batch.count, &finished, run)
+    }
+
+    /// A batch's pixels into the film, its account into the report.
+    fn keep(&self, pixels: &[u32], count: u32, finished: &Finished, run: &mut Run<'_>) -> Result<(), Error> {
+        let lines = self.launch.plan().lines;
+        let kept = run.film.wavelength_count();
+        for (k, (&pixel, seen)) in pixels.iter().zip(&finished.seen).enumerate() {
+            let (x, y) = run.place(pixel);
+            let samples = run.film.samples(x, y) + count;
+            let sums = PixelSums { xyz: seen.xyz, coverage: seen.coverage, samples };
+            run.film.set_sums(x, y, sums, &finished.radiances[k * kept..(k + 1) * kept])?;
+            let [dropped_depth, dropped_threshold, left_at_limit, lost] = seen.energies.map(f64::from);
+            let started = f64::from(count) * f64::from(lines);
+            run.report.energy += Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost };
+            run.report.rays += u64::from(seen.rays[0]) + (u64::from(seen.rays[1]) << 32);
+        }
+        run.at.done += u64::from(count) * pixels.len() as u64;
+        Ok(())
+    }
+
+    fn rounds(&mut self, samples: &Range<u32>, run: &mut Run<'_>) -> Result<(), Error> {
+        for (mut samples, pixels) in lists(run.film, samples) {
+            while !samples.is_empty() && !run.stop {
+                let middle = samples.start + self.samples(samples.len() as u32);
+                self.round(samples.start..middle, &pixels, run)?;
+                samples.start = middle;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The pixels that lack samples, in lists of those that lack the same.
+fn lists(film: &Film, samples: &Range<u32>) -> Vec<(Range<u32>, Vec<u32>)> {
+    let mut lists: Vec<(Range<u32>, Vec<u32>)> = Vec::new();
+    for Missing { tile, samples } in film.missing(film.tile(), samples) {
+        let at = lists.iter().position(|(same, _)| *same == samples).unwrap_or_else(|| {
+            lists.push((samples, Vec::new()));
+            lists.len() - 1
+        });
+        let row = |y| y * film.width() + tile.x..y * film.width() + tile.x + tile.width;
+        lists[at].1.extend((tile.y..tile.y + tile.height).flat_map(row));
+    }
+    lists.iter_mut().for_each(|(_, pixels)| pixels.sort_unstable());
+    lists
 }
 
 impl<L: Launch> Tracer for KernelTracer<L> {
@@ -203,11 +337,10 @@ impl<L: Launch> Tracer for KernelTracer<L> {
         let start = Instant::now();
         let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
         let report = TraceReport { build: self.build.take().unwrap_or_default(), ..TraceReport::default() };
-        let mut run = Run { film, progress, report, at: Progress { done: 0, total }, stop: false };
-        let pass = self.launch.most_samples().clamp(1, PASS);
-        let mut passes = samples.clone().step_by(pass as usize);
-        let outcome = passes
-            .try_for_each(|first| self.pass(first..samples.end.min(first.saturating_add(pass)), &mut run));
+        let (at, flights) = (Progress { done: 0, total }, VecDeque::new());
+        let mut run = Run { film, progress, report, at, stop: false, flights, ended: start };
+        let outcome = self.rounds(&samples, &mut run);
+        run.beat();
         let report =
             TraceReport { finished: outcome.is_ok() && !run.stop, trace: start.elapsed(), ..run.report };
         match outcome {
@@ -215,24 +348,4 @@ impl<L: Launch> Tracer for KernelTracer<L> {
             Err(error) => Err(Box::new(TraceFailure { error, report })),
         }
     }
-}
-
-/// The next batch's pixels from (x, y) on, `count` of them if they make a rectangle: whole rows, or part of one.
-fn next_tile([x, y]: [u32; 2], [width, height]: [u32; 2], count: u32) -> Tile {
-    if x == 0 && count >= width {
-        return Tile { x, y, width, height: (count / width).min(height - y) };
-    }
-    Tile { x, y, width: count.min(width - x), height: 1 }
-}
-
-/// A batch's samples for the film, its account for the report.
-fn sums(tile: Tile, finished: Finished, lines: u32, report: &mut TraceReport) -> TileSums {
-    for seen in &finished.seen {
-        let [dropped_depth, dropped_threshold, left_at_limit, lost] = seen.energies.map(f64::from);
-        let started = f64::from(lines);
-        report.energy += Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost };
-        report.rays += u64::from(seen.rays);
-    }
-    let sample = |seen: &Seen| PixelSample { xyz: seen.xyz, coverage: seen.coverage };
-    TileSums { tile, samples: finished.seen.iter().map(sample).collect(), radiance: finished.radiance }
 }

@@ -10,16 +10,6 @@
 // rule judges by the query's own origin, so the rounding of the moved one does no harm. Candidates must reach the
 // rule one by one: triangles are not opaque to ray queries, and an any-hit shader ignores what is not accepted.
 
-// A facet plane.
-struct Plane {
-    // Unit, outward.
-    normal: vec3<f32>,
-    offset: f32,
-    // Of its stone.
-    rank: u32,
-}
-
-@group(0) @binding(3) var<storage, read> planes: array<Plane>;
 @group(0) @binding(4) var<storage, read> material_of_rank: array<u32>;
 
 struct Query {

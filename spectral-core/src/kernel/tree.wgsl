@@ -6,13 +6,6 @@
 // suffice for any threshold down to 2^(1 − STACK) however deep the path. The same rays are followed, in another
 // order.
 
-const AIR = Medium(1.0, 0.0, 0.0);
-
-struct Interface {
-    event: Fresnel,
-    cos_i: f32,
-}
-
 // What a step leaves to do: light that reaches the eye, and the ray to go on with. Collected, so that what is long
 // (the look-up of light, the stack) stands in the program once and is done by all invocations together.
 struct Outcome {
@@ -26,14 +19,6 @@ struct Outcome {
     // A ray for the stack.
     waits: bool,
     waiting: Ray,
-}
-
-fn interface_at(direction: vec3<f32>, normal: vec3<f32>, here: Medium, beyond: Medium) -> Interface {
-    let cos_i = -inner(normal, direction);
-    if beyond.k > 0.0 {
-        return Interface(conductor(cos_i, here.n, beyond.n, beyond.k), cos_i);
-    }
-    return Interface(dielectric(cos_i, here.n / beyond.n), cos_i);
 }
 
 fn tree_medium(nest: Nest, line: Line) -> Medium {
@@ -50,25 +35,25 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
     if (*walk).state == WALK_GOING {
         crossing = surfaces_next(ray.origin, ray.direction, ray.nest, ray.start);
     }
-    (*walk).account.rays++;
+    (*walk).result.rays++;
     var outcome = Outcome(0.0, ray.origin, ray.direction, false, ray, false, ray);
     if crossing.found {
-        (*walk).covered = 1u;
+        (*walk).result.covered = 1u;
         walk_arrive(walk, crossing, line, &outcome);
-    } else if (*walk).covered == 0u && scene.transparent != 0u {
-        (*walk).account.rays = 0u;
+    } else if (*walk).result.covered == 0u && scene.transparent != 0u {
+        (*walk).result.rays = 0u;
     } else {
         outcome.weight = throughput_intensity(ray.throughput);
-        if (*walk).covered != 0u && !nest_is_empty(ray.nest) {
-            (*walk).account.lost += outcome.weight;
+        if (*walk).result.covered != 0u && !nest_is_empty(ray.nest) {
+            (*walk).result.lost += outcome.weight;
         }
     }
     if outcome.weight > 0.0 {
         var rgb = background;
-        if (*walk).covered != 0u {
+        if (*walk).result.covered != 0u {
             rgb = light_rgb(outcome.origin, outcome.direction);
         }
-        (*walk).sum += line_expand(line, rgb) * outcome.weight;
+        (*walk).result.radiance += line_expand(line, rgb) * outcome.weight;
     }
     if outcome.waits {
         walk_push(walk, item, outcome.waiting);
@@ -98,11 +83,11 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     let intensity = throughput_intensity(ray.throughput);
     let at_limit = ray.depth == scene.max_depth;
     if at_limit && scene.leave_at_limit == 0u {
-        (*walk).account.dropped_depth += intensity;
+        (*walk).result.dropped_depth += intensity;
         return;
     }
     if !at_limit && nest_is_empty(crossing.before) && intensity < scene.threshold {
-        (*walk).account.dropped_threshold += intensity;
+        (*walk).result.dropped_threshold += intensity;
         return;
     }
     // At the limit a ray leaves into air, unless a metal lets nothing through.
@@ -144,7 +129,7 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
 fn walk_worthwhile(walk: ptr<function, Walk>, ray: Ray) -> bool {
     let intensity = throughput_intensity(ray.throughput);
     if intensity > 0.0 && intensity < scene.threshold && !nest_is_empty(ray.nest) {
-        (*walk).account.dropped_threshold += intensity;
+        (*walk).result.dropped_threshold += intensity;
         return false;
     }
     return intensity > 0.0;
@@ -170,7 +155,7 @@ fn walk_at_limit(
         (*outcome).weight = throughput_intensity(ray.throughput);
         (*outcome).direction = select(onward, ray.direction, tir || nest_is_empty(crossing.before));
     }
-    (*walk).account.left_at_limit += (*outcome).weight;
+    (*walk).result.left_at_limit += (*outcome).weight;
 }
 
 // Stacks a ray. When the stack is full the weakest ray goes, and is counted as dropped.
@@ -185,7 +170,7 @@ fn walk_push(walk: ptr<function, Walk>, item: u32, ray: Ray) {
                 place = i;
             }
         }
-        (*walk).account.dropped_threshold += weakest;
+        (*walk).result.dropped_threshold += weakest;
     } else {
         (*walk).waiting++;
     }

@@ -177,7 +177,9 @@ impl Race<'_> {
         let Racer { measurement, tracer } = racer;
         let entrant = &measurement.entrant;
         let start = Instant::now();
-        let opened = (entrant.backend.open)(&entrant.device, Arc::clone(self.scene), &OpenOptions::default())
+        let opened = entrant
+            .backend
+            .tracer(&entrant.device, Arc::clone(self.scene), &OpenOptions::default())
             .map_err(|e| Stop::Failed(e.to_string()))?;
         measurement.open = Some(start.elapsed().as_secs_f64());
         let mut film = Film::new(self.scene);
@@ -248,7 +250,7 @@ impl Race<'_> {
 
     fn yardstick(&self) -> Option<Film> {
         let device = (CPU.devices)().into_iter().next()?;
-        let mut tracer = (CPU.open)(&device, Arc::clone(self.scene), &OpenOptions::default()).ok()?;
+        let mut tracer = CPU.tracer(&device, Arc::clone(self.scene), &OpenOptions::default()).ok()?;
         let mut film = Film::new(self.scene);
         self.trace(tracer.as_mut(), 0..self.scene.settings.samples, &mut film, &mut |_| ()).ok()?;
         Some(film)
@@ -294,7 +296,7 @@ mod tests {
         let cpu = entrants(&["cpu".to_owned()]).unwrap().remove(0);
         let broken = Backend {
             name: "broken",
-            open: |device, _, _| {
+            open: |device, _| {
                 Err(Error::Device { device: device.name.clone(), message: "on fire".to_owned() })
             },
             ..CPU

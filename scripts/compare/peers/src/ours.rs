@@ -28,7 +28,7 @@ fn rendered(
 ) -> Result<Rendered, Failure> {
     let backend = backend_cpu::cpu_in(instructions);
     let options = OpenOptions { threads: Some(threads), ..OpenOptions::default() };
-    let mut tracer = (backend.open)(&(backend.devices)()[0], scene.clone(), &options)?;
+    let mut tracer = backend.tracer(&(backend.devices)()[0], scene.clone(), &options)?;
     let mut film = Film::new(scene);
     let (cpu, wall) = (ProcessTime::now(), Instant::now());
     tracer.trace(0..scene.settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
