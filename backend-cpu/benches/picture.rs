@@ -61,8 +61,12 @@ fn torus() -> Stone {
 fn open(stones: Vec<Stone>, size: u32, wavelengths: usize, polarized: bool) -> (Box<dyn Tracer>, Film, u64) {
     let scene = Scene { width: size, height: size, ..Scene::in_studio(stones) };
     let wavelengths = WavelengthGrid::midpoints([380.0, 740.0], wavelengths).expect("a valid grid");
-    let settings =
-        RenderSettings { samples: 1, wavelengths, threshold: 1e-3, polarized, ..RenderSettings::default() };
+    let settings = RenderSettings {
+        wavelengths,
+        threshold: 1e-3,
+        polarized,
+        ..RenderSettings::default().with_samples(1)
+    };
     let scene = Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"));
     let mut film = Film::new(&scene);
     let mut tracer =

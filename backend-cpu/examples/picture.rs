@@ -22,7 +22,7 @@ fn main() -> Result<(), spectral_core::Error> {
     let environment = Environment::image(LatLong::studio());
     let background = Background::Transparent;
     let scene = Scene { camera, width: 72, height: 36, background, environment, stones: vec![stone] };
-    let prepared = Arc::new(PreparedScene::new(&scene, &RenderSettings::default())?);
+    let prepared = Arc::new(PreparedScene::new(&scene, &RenderSettings::default().with_samples(4))?);
     let cpu = backend_cpu::CPU;
     let mut tracer = cpu.tracer(&(cpu.devices)()[0], prepared.clone(), &OpenOptions::default())?;
     let mut film = Film::new(&prepared);

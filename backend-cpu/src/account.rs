@@ -1,28 +1,17 @@
-//! The books: rays and energy, summed so that the order of work does not show.
+//! The rays and the energy of a trace, summed so that the order of work does not show.
 
 use accel::lanes::WIDTH;
 use spectral_core::tracer::Energy;
 
-/// The account of one pixel sample, in plain sums: its order of events is fixed.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Account {
-    pub rays: u64,
-    pub dropped_depth: f64,
-    pub dropped_threshold: f64,
-    pub left_at_limit: f64,
-    pub lost: f64,
-}
-
 /// Sums in fixed point, in the order of [`Fate`]: integers add up to the same total in any order.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Ledger {
+pub(crate) struct Account {
     rays: u64,
     started: u64,
     energies: [u128; 4],
 }
 
-/// What may become of throughput that neither arrives nor is absorbed; as [`Energy`](spectral_core::tracer::Energy) has
-/// it.
+/// What may become of throughput that neither arrives nor is absorbed; as [`Energy`] has it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Fate {
     DroppedDepth,
@@ -34,11 +23,12 @@ pub(crate) enum Fate {
 /// 2⁴⁸ parts of one unit of throughput.
 const UNIT: f64 = (1u64 << 48) as f64;
 
-impl Ledger {
-    pub fn enter(&mut self, started: usize, account: &Account) {
-        self.rays += account.rays;
-        self.started += started as u64;
-        let parts = [account.dropped_depth, account.dropped_threshold, account.left_at_limit, account.lost];
+impl Account {
+    /// Adds one pixel sample's rays and energy.
+    pub fn add_sample(&mut self, rays: u64, energy: &Energy) {
+        self.count(rays);
+        self.start(energy.started as usize);
+        let parts = [energy.dropped_depth, energy.dropped_threshold, energy.left_at_limit, energy.lost];
         for (sum, part) in self.energies.iter_mut().zip(parts) {
             *sum += (part * UNIT) as u128;
         }
@@ -58,7 +48,7 @@ impl Ledger {
     /// Adds shares of throughput.
     #[inline(always)]
     pub fn add(&mut self, fate: Fate, shares: &[f32; WIDTH]) {
-        // A share is at most 1, or rounding more: sixteen of them fit.
+        // A share is at most 1, or a little more by rounding: the sum of sixteen fits.
         let parts: u64 = shares.iter().map(|share| (f64::from(*share) * UNIT) as u64).sum();
         self.energies[fate as usize] += u128::from(parts);
     }
@@ -74,7 +64,7 @@ impl Ledger {
     }
 }
 
-impl std::ops::AddAssign for Ledger {
+impl std::ops::AddAssign for Account {
     fn add_assign(&mut self, other: Self) {
         self.rays += other.rays;
         self.started += other.started;

@@ -4,14 +4,13 @@
 mod packet;
 
 use crate::{
-    account::Ledger,
+    account::Account,
     block::Block,
     entry::Entry,
-    incidence::{Flux, Mean, Polarized, first_axis},
-    light::Light,
+    environment::{Light, Lookup},
     planes::Planes,
     schedule::{Finished, Stop, TileTracer},
-    texel::Aim,
+    throughput::{Mean, Polarized, Throughput, first_axis},
 };
 use accel::lanes::{Lanes, Row, Triple, WIDTH, put};
 use accel::{Instructions, Task};
@@ -57,7 +56,7 @@ struct Paths<'a> {
     last: usize,
     blocks: &'a [Block],
     radiances: &'a mut [f32],
-    ledger: &'a mut Ledger,
+    account: &'a mut Account,
     stop: &'a Stop<'a>,
 }
 
@@ -95,8 +94,8 @@ impl TileTracer for ChainTracer<'_> {
         let blocks = [pixels, rest].map(|pixels| Block::all(pixels, tables()));
         let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.covered).collect();
         let mut radiances = vec![0.0; arrivals.len() * wavelengths];
-        let mut ledger = Ledger::default();
-        ledger.start(radiances.len());
+        let mut account = Account::default();
+        account.start(radiances.len());
         let finished = self.chain.instructions.run(Paths {
             tracer: self,
             arrivals,
@@ -105,37 +104,24 @@ impl TileTracer for ChainTracer<'_> {
             last: blocks[0].len(),
             blocks: &blocks.concat(),
             radiances: &mut radiances,
-            ledger: &mut ledger,
+            account: &mut account,
             stop,
         });
-        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
+        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, account))
     }
 }
 
 impl ChainTracer<'_> {
     fn arrivals(&self, tile: Tile, samples: &Range<u32>) -> Vec<Arrival> {
-        let (scene, mut arrivals) = (self.scene, Vec::new());
+        let scene = self.scene;
         let mut entry = Entry::new(&scene.geometry, &scene.geometry.stones[0], &self.chain.planes);
-        for y in tile.y..tile.y + tile.height {
-            for x in tile.x..tile.x + tile.width {
-                for sample in samples.clone() {
-                    let [dx, dy] = scene.settings.offset(sample);
-                    let ray = scene.view.ray(f64::from(x) + dx, f64::from(y) + dy);
-                    arrivals.push(self.arrival(&ray, entry.next(&ray)));
-                }
-            }
-        }
-        arrivals
+        let rays = scene.camera_rays(tile, samples.clone());
+        rays.map(|(_, ray)| self.arrival(&ray, entry.next(&ray))).collect()
     }
 
     fn arrival(&self, ray: &CameraRay, entry: Option<(DVec3, usize)>) -> Arrival {
         let Some((point, facet)) = entry else {
-            if self.scene.background == Background::Transparent {
-                return Arrival::default();
-            }
-            // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
-            let colour = self.scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32);
-            return Arrival { colour, ..Arrival::default() };
+            return Arrival { colour: self.scene.background_of(ray), ..Arrival::default() };
         };
         let (direction, normal) = (ray.direction.as_vec3(), self.chain.planes.normal(facet));
         Arrival {
@@ -185,8 +171,8 @@ impl Paths<'_> {
             }
             let light = self.tracer.light;
             let mirrored = Triple::<V>::load(&normal).fnma(V::load(&cosine), Triple::load(&direction));
-            let aim = Aim::new(light, Triple::load(&point), mirrored.renormalized());
-            let colours = aim.colours(light, lanes);
+            let lookup = Lookup::new(light, Triple::load(&point), mirrored.renormalized());
+            let colours = lookup.colours(light, lanes);
             let rows = colours.stored();
             for (lane, arrival) in group.iter_mut().enumerate() {
                 if arrival.covered {
@@ -198,11 +184,11 @@ impl Paths<'_> {
 
     /// Follows all paths; false if broken off.
     #[inline(always)]
-    fn follow<V: Lanes, F: Flux<V>>(self) -> bool {
+    fn follow<V: Lanes, T: Throughput<V>>(self) -> bool {
         let ChainTracer { chain, scene, light, .. } = self.tracer;
         let behind = scene.background != Background::Transparent;
         let lines = scene.wavelength_count() * self.samples;
-        let mut batch = Batch::<V, F>::new(chain, light, self.blocks, self.radiances, self.ledger);
+        let mut batch = Batch::<V, T>::new(chain, light, self.blocks, self.radiances, self.account);
         let group = self.samples * self.pixels;
         let groups = self.arrivals.chunks(group).enumerate();
         let mut packets = groups

@@ -1,5 +1,5 @@
-//! Where camera rays enter a convex stone. One ray after another mostly enters by the facet that the last one entered
-//! by, or passes between the same two planes; only where it does neither are all planes asked.
+//! Where camera rays enter a convex stone. A ray mostly enters by the same facet as the ray before it, or passes between
+//! the same two planes. Only if it does neither are all planes tested.
 
 use crate::planes::Planes;
 use glam::DVec3;

@@ -1,8 +1,8 @@
-//! Rays meeting a surface, a wavelength a lane: the twin of `spectral_core::fresnel` and of
-//! `spectral_core::stokes`, with selections in place of branches.
+//! Rays that meet a surface, a wavelength a lane: the twin of `spectral_core::fresnel`, with selections in place of
+//! branches.
 
 use accel::lanes::{Lanes, Row, Triple, WIDTH};
-use spectral_core::{fresnel::conductor, stokes::any_axis};
+use spectral_core::fresnel::conductor;
 
 /// Rays that arrive at an interface between transparent media.
 #[derive(Clone, Copy)]
@@ -13,7 +13,7 @@ pub(crate) struct Incidence<V: Lanes> {
     pub n: V,
     /// √|cos²θ₂|: the cosine of the angle of refraction, or κ of the evanescent wave.
     pub root: V,
-    /// Where reflection is total.
+    /// The lanes with total reflection.
     pub total: V::Mask,
 }
 
@@ -31,8 +31,8 @@ impl<V: Lanes> Incidence<V> {
         Incidence { cos_i, n, root: cos2_t.abs().sqrt(), total }
     }
 
-    /// From outside: as [`new`](Self::new), with the rounding errors of the products and of the constants added
-    /// back. All that follows depends on this direction, so it is worth the last bit.
+    /// From air: as [`new`](Self::new), with the rounding errors of the products and of the constants added back. All
+    /// that follows depends on this direction.
     #[inline(always)]
     pub fn entering(cosine: V, inverse: &[Row; 5]) -> Self {
         let [n, n2, one_less, n2_rest, one_less_rest] = inverse;
@@ -73,7 +73,7 @@ impl<V: Lanes> Incidence<V> {
 
     /// What is reflected, with the phases of total reflection.
     #[inline(always)]
-    fn reflection(&self) -> Reflection<V> {
+    pub fn reflection(&self) -> Reflection<V> {
         let (one, zero, half) = (V::splat(1.0), V::splat(0.0), V::splat(0.5));
         // Total reflection turns the phase: tan(δ/2) = b/a (`fresnel::total`).
         let a = self.n * self.cos_i.fnma(self.cos_i, one);
@@ -91,7 +91,7 @@ impl<V: Lanes> Incidence<V> {
 
     /// The mean reflectance.
     #[inline(always)]
-    fn reflectance(&self) -> V {
+    pub fn reflectance(&self) -> V {
         let one = V::splat(1.0);
         let [r_s, r_p] = self.amplitudes(one / self.denominator());
         let mean = (r_s.fma(r_s, r_p * r_p) * V::splat(0.5)).min(one);
@@ -129,15 +129,15 @@ impl<V: Lanes> Incidence<V> {
 /// product of the amplitudes r_s and r_p*.
 #[derive(Clone, Copy)]
 pub(crate) struct Reflection<V> {
-    mean: V,
-    difference: V,
-    re: V,
-    im: V,
+    pub mean: V,
+    pub difference: V,
+    pub re: V,
+    pub im: V,
 }
 
 impl<V: Lanes> Reflection<V> {
-    /// At a metal with the indices n + ik, from a medium with the index `here`. Metals are rare, so each lane is
-    /// left to the core.
+    /// At a metal with the index n + ik, from a medium with the index `here`. Metals are rare, so the core computes
+    /// lane by lane.
     #[inline(never)]
     pub fn metal(cosine: &Row, here: &Row, n: &Row, k: &Row) -> [Row; 4] {
         let mut rows = [Row::default(); 4];
@@ -155,161 +155,4 @@ impl<V: Lanes> Reflection<V> {
     pub fn load([mean, difference, re, im]: &[Row; 4]) -> Self {
         Reflection { mean: V::load(mean), difference: V::load(difference), re: V::load(re), im: V::load(im) }
     }
-}
-
-/// What the wavelengths carry along a path.
-pub(crate) trait Flux<V: Lanes>: Copy {
-    /// After entering: the mean of the transmittances, half their difference (s less p), and the axis e_s.
-    fn entering(mean: V, half: V, axis: &[Row; 3]) -> Self;
-    /// What arrives of unpolarised light of intensity 1.
-    fn intensity(&self) -> V;
-    /// Times a number.
-    fn scaled(self, factor: V) -> Self;
-    /// What leaves the eye along `direction`; `axis` is a unit vector perpendicular to it.
-    fn eye(axis: Triple<V>) -> Self;
-    /// What is reflected, and what goes through.
-    fn divide(self, direction: Triple<V>, normal: Triple<V>, incidence: &Incidence<V>) -> [Self; 2];
-    /// What is reflected by something opaque.
-    fn mirrored(self, direction: Triple<V>, normal: Triple<V>, reflection: &Reflection<V>) -> Self;
-    /// What is reflected, and the intensity of what goes through (0 where reflection is total).
-    fn split(self, direction: Triple<V>, normal: Triple<V>, incidence: &Incidence<V>) -> (Self, V);
-}
-
-/// Unpolarised at every event: the mean of s and p.
-#[derive(Clone, Copy)]
-pub(crate) struct Mean<V>(V);
-
-impl<V: Lanes> Flux<V> for Mean<V> {
-    #[inline(always)]
-    fn entering(mean: V, _half: V, _axis: &[Row; 3]) -> Self {
-        Mean(mean)
-    }
-
-    #[inline(always)]
-    fn intensity(&self) -> V {
-        self.0
-    }
-
-    #[inline(always)]
-    fn scaled(self, factor: V) -> Self {
-        Mean(self.0 * factor)
-    }
-
-    #[inline(always)]
-    fn split(self, _direction: Triple<V>, _normal: Triple<V>, at: &Incidence<V>) -> (Self, V) {
-        let reflectance = at.reflectance();
-        (Mean(self.0 * reflectance), self.0 * (V::splat(1.0) - reflectance))
-    }
-
-    #[inline(always)]
-    fn eye(_axis: Triple<V>) -> Self {
-        Mean(V::splat(1.0))
-    }
-
-    #[inline(always)]
-    fn divide(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> [Self; 2] {
-        let (reflected, through) = self.split(direction, normal, at);
-        [reflected, Mean(through)]
-    }
-
-    #[inline(always)]
-    fn mirrored(self, _direction: Triple<V>, _normal: Triple<V>, reflection: &Reflection<V>) -> Self {
-        Mean(self.0 * reflection.mean)
-    }
-}
-
-/// A Stokes row and the first axis of its frame.
-#[derive(Clone, Copy)]
-pub(crate) struct Polarized<V> {
-    row: [V; 4],
-    axis: Triple<V>,
-}
-
-impl<V: Lanes> Polarized<V> {
-    /// In the frame of the plane of incidence, whose axis is e_s: `spectral_core::stokes::align`. One division
-    /// serves the angle and, by its root, the axis.
-    #[inline(always)]
-    fn aligned(self, direction: Triple<V>, normal: Triple<V>) -> Self {
-        let [i, q, u, v] = self.row;
-        let s = direction.cross(normal);
-        let cos = s.dot(self.axis);
-        let sin = s.dot(self.axis.cross(direction));
-        let norm = cos.fma(cos, sin * sin);
-        // Within √ε of normal incidence s and p are the same, and s is rounding error.
-        let turned = V::splat(f32::EPSILON).lt(norm);
-        let inverse = V::splat(1.0) / norm.max(V::splat(f32::EPSILON));
-        let cos2 = V::select(turned, sin.fnma(sin, cos * cos) * inverse, V::splat(1.0));
-        let sin2 = V::select(turned, (cos + cos) * sin * inverse, V::splat(0.0));
-        let axis = Triple::select(turned, s.scaled(inverse.sqrt()), self.axis);
-        Polarized { row: [i, q.fma(cos2, u * sin2), q.fnma(sin2, u * cos2), v], axis }
-    }
-
-    /// Row · Mueller matrix, in the aligned frame.
-    #[inline(always)]
-    fn through(self, Reflection { mean, difference, re, im }: &Reflection<V>) -> Self {
-        let [i, q, u, v] = self.row;
-        let row = [
-            i.fma(*mean, q * *difference),
-            i.fma(*difference, q * *mean),
-            u.fma(*re, v * *im),
-            u.fnma(*im, v * *re),
-        ];
-        Polarized { row, ..self }
-    }
-}
-
-impl<V: Lanes> Flux<V> for Polarized<V> {
-    #[inline(always)]
-    fn entering(mean: V, half: V, axis: &[Row; 3]) -> Self {
-        let zero = V::splat(0.0);
-        Polarized { row: [mean, half, zero, zero], axis: Triple::load(axis) }
-    }
-
-    #[inline(always)]
-    fn intensity(&self) -> V {
-        self.row[0]
-    }
-
-    #[inline(always)]
-    fn scaled(self, factor: V) -> Self {
-        let [i, q, u, v] = self.row;
-        Polarized { row: [i * factor, q * factor, u * factor, v * factor], axis: self.axis }
-    }
-
-    #[inline(always)]
-    fn split(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> (Self, V) {
-        let aligned = self.aligned(direction, normal);
-        let reflection = at.reflection();
-        let [i, q, _, _] = aligned.row;
-        let leaving = q.fnma(reflection.difference, i * (V::splat(1.0) - reflection.mean));
-        (aligned.through(&reflection), leaving)
-    }
-
-    #[inline(always)]
-    fn eye(axis: Triple<V>) -> Self {
-        let zero = V::splat(0.0);
-        Polarized { row: [V::splat(1.0), zero, zero, zero], axis }
-    }
-
-    #[inline(always)]
-    fn divide(self, direction: Triple<V>, normal: Triple<V>, at: &Incidence<V>) -> [Self; 2] {
-        let (one, zero) = (V::splat(1.0), V::splat(0.0));
-        let aligned = self.aligned(direction, normal);
-        let reflection = at.reflection();
-        let mean = one - reflection.mean;
-        let (s, p) = (mean - reflection.difference, mean + reflection.difference);
-        let re = (s.max(zero) * p.max(zero)).sqrt();
-        let refraction = Reflection { mean, difference: -reflection.difference, re, im: zero };
-        [aligned.through(&reflection), aligned.through(&refraction)]
-    }
-
-    #[inline(always)]
-    fn mirrored(self, direction: Triple<V>, normal: Triple<V>, reflection: &Reflection<V>) -> Self {
-        self.aligned(direction, normal).through(reflection)
-    }
-}
-
-/// The first axis of a camera ray's frame once it has met a surface: perpendicular to the plane of incidence.
-pub(crate) fn first_axis(direction: [f32; 3], normal: [f32; 3]) -> [f32; 3] {
-    spectral_core::stokes::align(direction, any_axis(direction), normal).axis
 }

@@ -9,18 +9,19 @@
 //! Both give the same bits for any number of threads and any tile size.
 
 mod account;
+mod basis;
 mod block;
 mod chain;
 mod entry;
+mod environment;
 mod incidence;
-mod light;
 #[cfg(feature = "measure")]
 pub mod measure;
+mod medium;
 mod planes;
 mod reference;
 mod schedule;
 mod surface;
-mod texel;
 mod throughput;
 mod tracer;
 mod tree;

@@ -50,35 +50,12 @@ impl Task for Distances<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chain::tests::chain;
     use accel::lanes::Row;
-    use spectral_core::{
-        camera::{Camera, Projection},
-        environment::Environment,
-        material::Catalogue,
-        scene::{Background, Scene, Stone},
-        settings::RenderSettings,
-        shape::ShapeSpec,
-    };
-    use std::sync::Arc;
 
     #[test]
     fn a_ray_from_the_middle_goes_as_far_as_the_nearest_plane_ahead() {
-        let (mesh, _) = ShapeSpec::by_name("round-brilliant").unwrap().cut().unwrap().solid().unwrap();
-        let diamond = Arc::new(Catalogue::builtin().get("diamond").unwrap().clone());
-        let scene = Scene {
-            camera: Camera {
-                position: [0.0, 0.0, 30.0].into(),
-                look_at: [0.0; 3].into(),
-                up: [0.0, 1.0, 0.0].into(),
-                projection: Projection::Perspective { fov: 14.0 },
-            },
-            width: 1,
-            height: 1,
-            background: Background::Transparent,
-            environment: Environment::uniform([1.0; 3]),
-            stones: vec![Stone { width: Some(6.5), ..Stone::new("stone", Arc::new(mesh), diamond) }],
-        };
-        let scene = PreparedScene::new(&scene, &RenderSettings::default()).unwrap();
+        let (_, scene) = chain("round-brilliant");
         let exits = Exits::new(&scene, Instructions::best()).unwrap();
         let mut direction = [[0.0; WIDTH]; 3];
         direction[0] = std::array::from_fn(|lane| (lane as f32).sin());

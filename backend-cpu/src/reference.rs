@@ -1,34 +1,30 @@
 //! The oracle: double precision, every triangle tested for every ray, a plain list of rays.
 //!
-//! It follows the same rules as the fast paths and shares with them Fresnel's formulas and the nest of
-//! media, nothing else: no BVH, no planes for convex stones, no ordering of children.
+//! It follows the same rules as the fast paths. It shares with them only the optics of media and the nest of stones: no
+//! BVH, no planes for convex stones, no order among the rays that an event sends on.
 
 mod surface;
 
 use crate::{
     account::Account,
-    schedule::{self, PixelTracer, Pixelwise, Work},
-    throughput::{Polarized, Throughput},
+    schedule::{self, Finished, Stop, TileTracer},
 };
 use glam::DVec3;
 use rayon::ThreadPool;
 use spectral_core::{
     Error,
-    film::Film,
-    fresnel::{Fresnel, conductor, dielectric},
+    film::{Film, Tile},
+    fresnel::Fresnel,
     prepare::{Medium, Nest, PreparedScene, SpectralTable},
     scene::Background,
     settings::Leftover,
-    stokes::Scalar,
-    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
-    upsample::smits::Weights,
+    stokes::{StokesRow, align, any_axis},
+    tracer::{Device, DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    upsample,
 };
-use std::marker::PhantomData;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use surface::{Crossing, Surfaces};
-
-const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0 };
 
 /// Opens the oracle for a scene.
 pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
@@ -60,163 +56,180 @@ impl Tracer for Reference {
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
         let (options, workers) = (&self.options, self.workers.as_ref());
-        if self.scene.settings.polarized {
-            let kernel = Typed::<Polarized<f64>>(self, PhantomData);
-            let typed = Pixelwise { kernel, scene: &self.scene };
-            schedule::trace(&typed, &self.scene, options, workers, samples, film, progress)
-        } else {
-            let kernel = Typed::<Scalar<f64>>(self, PhantomData);
-            let typed = Pixelwise { kernel, scene: &self.scene };
-            schedule::trace(&typed, &self.scene, options, workers, samples, film, progress)
-        }
+        schedule::trace(self, &self.scene, options, workers, samples, film, progress)
     }
 }
 
-/// The oracle for one kind of throughput.
-struct Typed<'a, P>(&'a Reference, PhantomData<fn() -> P>);
+impl TileTracer for Reference {
+    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
+        let scene = &self.scene;
+        let (mut account, mut radiances, mut covered) = (Account::default(), Vec::<f64>::new(), Vec::new());
+        for (sample, ray) in scene.camera_rays(tile, samples.clone()) {
+            let start = Ray {
+                origin: ray.origin,
+                direction: ray.direction,
+                row: StokesRow::eye(),
+                axis: any_axis(ray.direction.to_array()),
+                nest: scene.eye_nest,
+                depth: 0,
+            };
+            let meets = self.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
+            let energy = Energy { started: scene.wavelength_count() as f64, ..Energy::default() };
+            let table = scene.table(sample);
+            let mut walk = Walk { reference: self, table, line: 0, pending: Vec::new(), rays: 0, energy };
+            for line in 0..scene.wavelength_count() {
+                if !meets && scene.background == Background::Transparent {
+                    radiances.push(0.0);
+                    continue;
+                }
+                walk.line = line;
+                walk.pending.push(start);
+                radiances.push(walk.radiance(stop));
+            }
+            if stop() {
+                return None;
+            }
+            account.add_sample(walk.rays, &walk.energy);
+            covered.push(meets);
+        }
+        Some(Finished::new(scene, tile, samples, radiances, &covered, account))
+    }
+}
 
 /// A ray on its way.
 #[derive(Clone, Copy)]
-struct Ray<P> {
+struct Ray {
     origin: DVec3,
     direction: DVec3,
-    throughput: P,
+    row: StokesRow<f64>,
+    /// First axis of the row's frame, perpendicular to the ray.
+    axis: [f64; 3],
     nest: Nest,
     depth: u32,
 }
 
-impl<P: Throughput<f64>> PixelTracer for Typed<'_, P> {
-    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_>) -> bool {
-        let scene = &self.0.scene;
-        let ray = scene.view.ray(at[0], at[1]);
-        let covered = self.0.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
-        for (line, value) in radiance.iter_mut().enumerate() {
-            if !covered && scene.background == Background::Transparent {
-                *value = 0.0;
-                continue;
-            }
-            let start = Ray {
-                origin: ray.origin,
-                direction: ray.direction,
-                throughput: P::eye(ray.direction.to_array()),
-                nest: scene.eye_nest,
-                depth: 0,
-            };
-            *value = Walk::<P> { reference: self.0, table: scene.table(sample), line, pending: vec![start] }
-                .radiance(work);
-        }
-        covered
-    }
-}
-
-/// One wavelength's walk: rays still to be followed, in no particular order.
-struct Walk<'a, P> {
+/// The walks of a sample's wavelengths, one after another.
+struct Walk<'a> {
     reference: &'a Reference,
     table: &'a SpectralTable,
+    /// The wavelength in the table.
     line: usize,
-    pending: Vec<Ray<P>>,
+    /// Rays still to be followed, in no particular order.
+    pending: Vec<Ray>,
+    rays: u64,
+    energy: Energy,
 }
 
-impl<P: Throughput<f64>> Walk<'_, P> {
-    fn radiance(&mut self, work: &mut Work<'_>) -> f64 {
+impl Walk<'_> {
+    fn radiance(&mut self, stop: &Stop<'_>) -> f64 {
         let mut sum = 0.0;
         while let Some(ray) = self.pending.pop() {
-            if (work.stop)() {
+            if stop() {
                 break;
             }
-            work.account.rays += 1;
+            self.rays += 1;
             sum += match self.reference.surfaces.next(ray.origin, ray.direction, ray.nest) {
-                Some(crossing) => self.event(ray, &crossing, &mut work.account),
+                Some(crossing) => self.event(ray, &crossing),
                 None => {
                     if !ray.nest.is_empty() {
-                        work.account.lost += ray.throughput.intensity();
+                        self.energy.lost += ray.row.intensity();
                     }
-                    self.light(ray.origin, ray.direction) * ray.throughput.intensity()
+                    self.light(ray.origin, ray.direction) * ray.row.intensity()
                 }
             };
         }
         sum
     }
 
-    /// Splits a ray at a surface; returns the radiance of what leaves for good here.
-    fn event(&mut self, mut ray: Ray<P>, crossing: &Crossing, account: &mut Account) -> f64 {
+    /// A surface event: lists the rays that it sends on; returns the radiance of what leaves for good here.
+    fn event(&mut self, mut ray: Ray, crossing: &Crossing) -> f64 {
         let settings = &self.reference.scene.settings;
         ray.nest = crossing.before;
         let (here, beyond) = (self.medium(ray.nest), self.medium(crossing.after));
-        if here.k > 0.0 {
+        if here.is_opaque() {
             return 0.0;
         }
-        ray.throughput = ray.throughput.scaled((-here.absorption * crossing.distance).exp());
-        let intensity = ray.throughput.intensity();
+        ray.row = ray.row.scaled(here.transmittance(crossing.distance));
+        let intensity = ray.row.intensity();
         if ray.depth == settings.max_depth {
-            return self.at_limit(&ray, crossing, account);
+            return self.at_limit(&ray, crossing);
         }
         if ray.nest.is_empty() && intensity < settings.threshold {
-            account.dropped_threshold += intensity;
+            self.energy.dropped_threshold += intensity;
             return 0.0;
         }
-        let (direction, normal) = (ray.direction, crossing.normal);
-        let event = interface(direction, normal, here, beyond);
-        let [back, on] = ray.throughput.split(direction.to_array(), normal.to_array(), &event);
-        let next = Ray { origin: ray.origin + direction * crossing.distance, depth: ray.depth + 1, ..ray };
-        self.go_on(Ray { direction: direction.reflect(normal), throughput: back, ..next }, account);
-        if !event.tir && beyond.k == 0.0 {
-            let direction = refracted(direction, normal, &event, here.n / beyond.n);
-            self.go_on(Ray { direction, throughput: on, nest: crossing.after, ..next }, account);
-        }
+        self.send_on(&ray, crossing, here, beyond);
         0.0
     }
 
-    fn go_on(&mut self, ray: Ray<P>, account: &mut Account) {
-        let intensity = ray.throughput.intensity();
+    /// Lists the rays that an event sends on: the reflected one and, unless reflection is total or the medium beyond a
+    /// metal, the refracted one.
+    fn send_on(&mut self, ray: &Ray, crossing: &Crossing, here: Medium, beyond: Medium) {
+        let (direction, normal) = (ray.direction, crossing.normal);
+        let event = here.interface(&beyond, -direction.dot(normal));
+        let (axis, [back, on]) = self.split(ray, normal, &event);
+        let origin = ray.origin + direction * crossing.distance;
+        let next = Ray { origin, axis, depth: ray.depth + 1, ..*ray };
+        self.go_on(Ray { direction: direction.reflect(normal), row: back, ..next });
+        if !event.tir && !beyond.is_opaque() {
+            let direction = refracted(direction, normal, &event, here.n / beyond.n);
+            self.go_on(Ray { direction, row: on, nest: crossing.after, ..next });
+        }
+    }
+
+    /// The reflected and the refracted share with the first axis of their frame. Without polarisation the mean of s and p
+    /// is taken at each event: the rest of the row is dropped.
+    fn split(&self, ray: &Ray, normal: DVec3, event: &Fresnel<f64>) -> ([f64; 3], [StokesRow<f64>; 2]) {
+        let frame = align(ray.direction.to_array(), ray.axis, normal.to_array());
+        let row = ray.row.rotated(frame.cos2, frame.sin2);
+        let mut shares = [row.reflected(event), row.refracted(event)];
+        if !self.reference.scene.settings.polarized {
+            shares = shares.map(|share| StokesRow::eye().scaled(share.intensity()));
+        }
+        (frame.axis, shares)
+    }
+
+    fn go_on(&mut self, ray: Ray) {
+        let intensity = ray.row.intensity();
         if !ray.nest.is_empty() && intensity < self.reference.scene.settings.threshold {
-            account.dropped_threshold += intensity;
+            self.energy.dropped_threshold += intensity;
         } else if intensity > 0.0 {
             self.pending.push(ray);
         }
     }
 
-    fn at_limit(&self, ray: &Ray<P>, crossing: &Crossing, account: &mut Account) -> f64 {
-        let intensity = ray.throughput.intensity();
+    fn at_limit(&mut self, ray: &Ray, crossing: &Crossing) -> f64 {
+        let intensity = ray.row.intensity();
         if self.reference.scene.settings.leftover == Leftover::Drop {
-            account.dropped_depth += intensity;
+            self.energy.dropped_depth += intensity;
             return 0.0;
         }
         let (here, beyond) = (self.medium(ray.nest), self.medium(crossing.after));
         let (direction, normal) = (ray.direction, crossing.normal);
         let place = ray.origin + direction * crossing.distance;
-        if beyond.k > 0.0 {
-            let event = interface(direction, normal, here, beyond);
-            let [back, _] = ray.throughput.split(direction.to_array(), normal.to_array(), &event);
-            account.left_at_limit += back.intensity();
+        if beyond.is_opaque() {
+            let event = here.interface(&beyond, -direction.dot(normal));
+            let (_, [back, _]) = self.split(ray, normal, &event);
+            self.energy.left_at_limit += back.intensity();
             return self.light(place, direction.reflect(normal)) * back.intensity();
         }
-        account.left_at_limit += intensity;
-        let event = interface(direction, normal, here, AIR);
+        self.energy.left_at_limit += intensity;
+        let event = here.interface(&Medium::AIR, -direction.dot(normal));
         let straight_on = event.tir || ray.nest.is_empty();
         let out = if straight_on { direction } else { refracted(direction, normal, &event, here.n) };
         self.light(place, out) * intensity
     }
 
     fn medium(&self, nest: Nest) -> Medium {
-        nest.top().map_or(AIR, |rank| {
+        nest.top().map_or(Medium::AIR, |rank| {
             let material = self.reference.scene.geometry.stone(rank).material;
             self.table.media[material as usize][self.line]
         })
     }
 
     fn light(&self, origin: DVec3, direction: DVec3) -> f64 {
-        Weights::new(self.reference.scene.environment.seen(origin, direction))
-            .mix(&self.table.basis[self.line])
-    }
-}
-
-fn interface(direction: DVec3, normal: DVec3, here: Medium, beyond: Medium) -> Fresnel<f64> {
-    let cos_i = -direction.dot(normal);
-    if beyond.k > 0.0 {
-        conductor(cos_i, here.n, beyond.n, beyond.k)
-    } else {
-        dielectric(cos_i, here.n / beyond.n)
+        let rgb = self.reference.scene.environment.seen(origin, direction);
+        upsample::radiance(rgb, &self.table.basis[self.line])
     }
 }
 

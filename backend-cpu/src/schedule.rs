@@ -6,7 +6,7 @@
 //! The calling thread is one of the workers, and looks after progress on the side. If it slept instead, the system would
 //! have a processor too many to wake the others on, and two of them could start on one, until it looks again.
 
-use crate::account::{Account, Ledger};
+use crate::account::Account;
 use rayon::ThreadPool;
 use spectral_core::{
     Error,
@@ -25,19 +25,6 @@ use std::time::{Duration, Instant};
 pub(crate) trait TileTracer: Sync {
     /// Some samples of every pixel of a tile; `None` if broken off because `stop` was set.
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished>;
-}
-
-/// Computes one pixel sample.
-pub(crate) trait PixelTracer: Sync {
-    /// Fills `radiance` with one value a wavelength along the camera ray through image point `at`; returns
-    /// whether it meets a stone. May give up, with any values, once `stop` is set.
-    fn sample(&self, at: [f64; 2], sample: u32, radiance: &mut [f64], work: &mut Work<'_>) -> bool;
-}
-
-/// What a worker carries along.
-pub(crate) struct Work<'a> {
-    pub account: Account,
-    pub stop: &'a Stop<'a>,
 }
 
 /// Whether a worker is to give up: to be asked every few microseconds.
@@ -111,24 +98,26 @@ const HEARTBEAT: Duration = Duration::from_millis(50);
 /// A finished tile on its way to the film.
 pub(crate) struct Finished {
     pub sums: TileSums,
-    pub ledger: Ledger,
+    pub account: Account,
 }
 
 impl Finished {
     /// A tile from the radiances of its pixels' samples, wavelengths innermost, and which of them meet a stone.
-    pub fn new(
+    pub fn new<T: Copy + Into<f64>>(
         scene: &PreparedScene,
         tile: Tile,
         samples: Range<u32>,
-        radiances: Vec<f32>,
+        radiances: Vec<T>,
         covered: &[bool],
-        ledger: Ledger,
+        account: Account,
     ) -> Self {
         let table = |k: usize| scene.table(samples.start + (k % samples.len()) as u32);
         let pixels = radiances.chunks_exact(scene.wavelength_count()).zip(covered).enumerate();
         let samples = pixels.map(|(k, (radiance, covered))| seen(table(k), radiance, *covered)).collect();
-        let radiance = if scene.settings.spectral { radiances } else { Vec::new() };
-        Finished { sums: TileSums { tile, samples, radiance }, ledger }
+        let single = |radiance: T| radiance.into() as f32;
+        let radiance =
+            if scene.settings.spectral { radiances.into_iter().map(single).collect() } else { Vec::new() };
+        Finished { sums: TileSums { tile, samples, radiance }, account }
     }
 }
 
@@ -158,8 +147,8 @@ pub(crate) fn trace<K: TileTracer>(
     let tile = options.tile.unwrap_or(TILE).clamp(1, 1024);
     let tiles = tiles(scene.width, scene.height, tile);
     let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
-    let books = Mutex::new(Books { film, ledger: Ledger::default(), done: 0, refused: None });
-    let mut run = Run { books, progress, total };
+    let results = Mutex::new(Results { film, account: Account::default(), done: 0, refused: None });
+    let mut run = Run { results, progress, total };
     let pass = samples_a_pass(tile, film_wavelengths(scene));
     let passes = samples.clone().step_by(pass as usize);
     let outcome = run.passes(
@@ -168,11 +157,11 @@ pub(crate) fn trace<K: TileTracer>(
         &tiles,
         passes.map(|first| first..samples.end.min(first.saturating_add(pass))),
     );
-    let ledger = run.books().ledger;
+    let account = run.results().account;
     let report = TraceReport {
         finished: outcome.as_ref().is_ok_and(|finished| *finished),
-        rays: ledger.rays(),
-        energy: ledger.energy(),
+        rays: account.rays(),
+        energy: account.energy(),
         trace: start.elapsed(),
         ..TraceReport::default()
     };
@@ -204,33 +193,33 @@ fn device_error(message: String) -> Error {
 }
 
 /// What finished tiles are added to.
-struct Books<'a> {
+struct Results<'a> {
     film: &'a mut Film,
-    ledger: Ledger,
+    account: Account,
     /// Pixel samples.
     done: u64,
     /// Why the film did not take a tile.
     refused: Option<Error>,
 }
 
-impl Books<'_> {
+impl Results<'_> {
     /// Adds tiles; stops the workers when the film refuses one.
-    fn enter(&mut self, tiles: &mut Vec<Finished>, stop: &AtomicBool) {
+    fn add(&mut self, tiles: &mut Vec<Finished>, stop: &AtomicBool) {
         for finished in tiles.drain(..) {
             if let Err(error) = self.film.add(&finished.sums) {
                 self.refused = Some(error);
                 stop.store(true, Ordering::Relaxed);
                 return;
             }
-            self.ledger += finished.ledger;
+            self.account += finished.account;
             self.done += finished.sums.samples.len() as u64;
         }
     }
 }
 
-/// A worker's finished tiles until no other worker has the books.
+/// A worker's finished tiles, kept until no other worker holds the lock on the results.
 struct Outbox<'a, 'b> {
-    books: &'a Mutex<Books<'b>>,
+    results: &'a Mutex<Results<'b>>,
     stop: &'a AtomicBool,
     tiles: Vec<Finished>,
     bytes: usize,
@@ -241,10 +230,10 @@ impl Outbox<'_, '_> {
         let TileSums { samples, radiance, .. } = &finished.sums;
         self.bytes += size_of_val(samples.as_slice()) + size_of_val(radiance.as_slice());
         self.tiles.push(finished);
-        match self.books.try_lock() {
+        match self.results.try_lock() {
             Err(TryLockError::WouldBlock) if self.bytes < TILE_BYTES => {}
-            Ok(mut books) => books.enter(&mut self.tiles, self.stop),
-            Err(_) => locked(self.books).enter(&mut self.tiles, self.stop),
+            Ok(mut results) => results.add(&mut self.tiles, self.stop),
+            Err(_) => locked(self.results).add(&mut self.tiles, self.stop),
         }
         if self.tiles.is_empty() {
             self.bytes = 0;
@@ -257,25 +246,25 @@ impl Drop for Outbox<'_, '_> {
         if std::thread::panicking() {
             self.stop.store(true, Ordering::Relaxed);
         }
-        locked(self.books).enter(&mut self.tiles, self.stop);
+        locked(self.results).add(&mut self.tiles, self.stop);
     }
 }
 
-/// The books, whoever panicked with them: tiles are added whole or refused.
-fn locked<'a, 'b>(books: &'a Mutex<Books<'b>>) -> MutexGuard<'a, Books<'b>> {
-    books.lock().unwrap_or_else(PoisonError::into_inner)
+/// The results, even if a thread panicked while it held them: tiles are added whole or refused.
+fn locked<'a, 'b>(results: &'a Mutex<Results<'b>>) -> MutexGuard<'a, Results<'b>> {
+    results.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// The caller's side of a trace.
 struct Run<'a> {
-    books: Mutex<Books<'a>>,
+    results: Mutex<Results<'a>>,
     progress: &'a mut dyn FnMut(Progress) -> ControlFlow<()>,
     total: u64,
 }
 
 impl<'a> Run<'a> {
-    fn books(&mut self) -> &mut Books<'a> {
-        self.books.get_mut().unwrap_or_else(PoisonError::into_inner)
+    fn results(&mut self) -> &mut Results<'a> {
+        self.results.get_mut().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Pass after pass over all tiles; false if the caller broke it off.
@@ -287,7 +276,7 @@ impl<'a> Run<'a> {
         passes: impl Iterator<Item = Range<u32>>,
     ) -> Result<bool, Error> {
         for samples in passes {
-            let film = &self.books().film;
+            let film = &self.results().film;
             let pieces: Vec<_> = tiles.iter().flat_map(|&tile| film.missing(tile, &samples)).collect();
             if !self.pass(kernel, pool, &pieces)? {
                 return Ok(false);
@@ -304,17 +293,17 @@ impl<'a> Run<'a> {
         pieces: &[Missing],
     ) -> Result<bool, Error> {
         let (flag, next, telling) = (&AtomicBool::new(false), &AtomicUsize::new(0), Cell::new(false));
-        let Run { books, progress, total } = self;
-        let books = &*books;
+        let Run { results, progress, total } = self;
+        let results = &*results;
         let mut tell = || {
             telling.set(true);
-            let done = locked(books).done;
+            let done = locked(results).done;
             let told = progress(Progress { done, total: *total });
             telling.set(false);
             told
         };
         let work = |stop: &Stop<'_>, tell: &dyn Fn()| {
-            let mut outbox = Outbox { books, stop: flag, tiles: Vec::new(), bytes: 0 };
+            let mut outbox = Outbox { results, stop: flag, tiles: Vec::new(), bytes: 0 };
             while let Some(piece) = pieces.get(next.fetch_add(1, Ordering::Relaxed)) {
                 if stop() {
                     return;
@@ -332,7 +321,7 @@ impl<'a> Run<'a> {
             }
             return Err(device_error("a worker thread panicked".into()));
         }
-        let Books { done, refused, .. } = self.books();
+        let Results { done, refused, .. } = self.results();
         let done = *done;
         if let Some(error) = refused.take() {
             return Err(error);
@@ -340,40 +329,6 @@ impl<'a> Run<'a> {
         let stopped = flag.load(Ordering::Relaxed);
         let last = (self.progress)(Progress { done, total: self.total });
         Ok(!stopped && last.is_continue())
-    }
-}
-
-/// Tile by tile, sample after sample, for a [`PixelTracer`].
-pub(crate) struct Pixelwise<'a, K> {
-    pub kernel: K,
-    pub scene: &'a PreparedScene,
-}
-
-impl<K: PixelTracer> TileTracer for Pixelwise<'_, K> {
-    fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
-        let Pixelwise { kernel, scene } = self;
-        let count = scene.wavelength_count();
-        let mut sums = TileSums { tile, samples: Vec::new(), radiance: Vec::new() };
-        let (mut ledger, mut radiance) = (Ledger::default(), vec![0.0; count]);
-        for y in tile.y..tile.y + tile.height {
-            for x in tile.x..tile.x + tile.width {
-                for sample in samples.clone() {
-                    let offset = scene.settings.offset(sample);
-                    let at = [f64::from(x) + offset[0], f64::from(y) + offset[1]];
-                    let mut work = Work { account: Account::default(), stop };
-                    let covered = kernel.sample(at, sample, &mut radiance, &mut work);
-                    if stop() {
-                        return None;
-                    }
-                    ledger.enter(count, &work.account);
-                    sums.samples.push(seen(scene.table(sample), &radiance, covered));
-                    if scene.settings.spectral {
-                        sums.radiance.extend(radiance.iter().map(|r| *r as f32));
-                    }
-                }
-            }
-        }
-        Some(Finished { sums, ledger })
     }
 }
 
@@ -411,8 +366,8 @@ mod tests {
             }
             let count = tile.width as usize * tile.height as usize * samples.len();
             let radiances = vec![0.0; count * self.scene.wavelength_count()];
-            let (covered, ledger) = (vec![false; count], Ledger::default());
-            Some(Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
+            let (covered, account) = (vec![false; count], Account::default());
+            Some(Finished::new(self.scene, tile, samples, radiances, &covered, account))
         }
     }
 

@@ -1,9 +1,9 @@
 //! The scene's surfaces in single precision: which one a ray crosses next, and between which media.
 //!
-//! A ray knows the stones it is in ([`Nest`]). It can only enter a stone it is outside of and leave one it is
-//! inside of; candidates that say otherwise (the surface it starts on, a touching stone's face) are passed
-//! over. What remains of self-intersection is handled by an error bound rather than an offset: rounding puts
-//! the start at most [`Rounding::margin`] beyond a plane, so hits that little behind the start still count.
+//! A ray knows the stones it is in ([`Nest`]). It can only enter a stone it is outside of and leave one it is inside of;
+//! other candidates, such as the surface it starts on or a touching stone's face, are ignored. What remains of
+//! self-intersection is handled by an error bound, not by an offset: rounding puts the start at most
+//! [`Rounding::margin`] beyond a plane, so hits up to that far behind the start count.
 
 use accel::lanes::{Lanes, Row, Triple, WIDTH};
 use accel::packet::{Accept, Rays};
@@ -56,13 +56,11 @@ impl Surfaces {
             offset: f.offset as f32,
             rank: geometry.stones[f.stone as usize].rank,
         };
-        let material_of_rank =
-            geometry.stone_of_rank.iter().map(|&s| geometry.stones[s as usize].material).collect();
         Ok(Surfaces {
             bvh,
             facet_of: geometry.facet_of.clone(),
             planes: geometry.facets.iter().map(plane).collect(),
-            material_of_rank,
+            material_of_rank: geometry.material_of_rank(),
             rounding: geometry.rounding(),
         })
     }
@@ -137,7 +135,7 @@ impl Surfaces {
         crossings
     }
 
-    /// What tells two media apart: the material, or none for air.
+    /// The material that fills the space; none for air.
     #[inline]
     fn optics(&self, nest: Nest) -> Option<u32> {
         nest.top().map(|rank| self.material_of_rank[rank as usize])
@@ -222,8 +220,8 @@ impl Surfaces {
     }
 }
 
-/// Lets pass the surfaces that rays with a nest can cross: those of stones they are in from inside, those of others
-/// from outside, ahead of their starts but for rounding.
+/// Accepts the surfaces that rays with a nest can cross: from inside those of stones they are in, from outside those of
+/// others, and only ahead of their starts, within rounding.
 struct Passable<'a, V> {
     surfaces: &'a Surfaces,
     origin: Triple<V>,

@@ -2,7 +2,7 @@
 
 use crate::{
     chain::{Chain, ChainTracer},
-    light::Light,
+    environment::Light,
     schedule,
     surface::Surfaces,
     tree::{Tree, TreeTracer},

@@ -1,22 +1,22 @@
 //! Any scene: several stones, nested and touching, non-convex, metals. A path is a tree.
 
-mod interface;
 mod packet;
 
 use crate::{
-    account::Ledger,
+    account::Account,
     block::Block,
-    incidence::{Flux, Mean, Polarized},
-    light::Light,
+    environment::Light,
     planes::Planes,
     schedule::{Finished, Stop, TileTracer},
     surface::{Crossing, Surfaces},
+    throughput::{Mean, Polarized, Throughput},
 };
 use accel::lanes::Lanes;
 use accel::{Instructions, Task};
 use glam::Vec3;
 use packet::Walk;
 use spectral_core::{
+    camera::CameraRay,
     film::Tile,
     prepare::{FacetPlane, Nest, PreparedScene, PreparedStone, Rank},
     scene::Background,
@@ -64,18 +64,18 @@ struct Paths<'a> {
     samples: usize,
     blocks: &'a [Block],
     radiances: &'a mut [f32],
-    ledger: &'a mut Ledger,
+    account: &'a mut Account,
     stop: &'a Stop<'a>,
 }
 
-/// Of more stones than this, spheres are not looked at one by one.
+/// With more stones than this, their spheres are not tested one by one.
 const FEW: usize = 16;
 
 impl Tree {
     pub fn new(scene: &PreparedScene, surfaces: Surfaces, instructions: Instructions) -> Self {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let geometry = &scene.geometry;
-        let by_rank = || geometry.stone_of_rank.iter().map(|&index| &geometry.stones[index as usize]);
+        let by_rank = || (0..geometry.stones.len()).map(|rank| geometry.stone(rank as Rank));
         let alone =
             by_rank().map(|stone| is_alone(stone, scene).then(|| Planes::new(geometry, stone))).collect();
         let few = geometry.stones.len() <= FEW;
@@ -93,22 +93,21 @@ impl Tree {
     }
 }
 
-/// Whether a stone is convex, transparent, and apart from all others: by their boxes, or by one of its facets'
-/// planes.
+/// Whether a stone is convex, transparent, and apart from all others, as their boxes or one of its facets' planes
+/// show.
 fn is_alone(stone: &PreparedStone, scene: &PreparedScene) -> bool {
     let geometry = &scene.geometry;
     let gap = 2.0 * f64::from(geometry.rounding().contact.max(geometry.rounding().margin));
-    let facets = &geometry.facets[stone.facets.start as usize..stone.facets.end as usize];
     let beyond = |other: &PreparedStone, facet: &FacetPlane| {
-        let triangles = &geometry.triangles[other.triangles.start as usize..other.triangles.end as usize];
-        let corners = triangles.iter().flatten().map(|&corner| geometry.positions[corner as usize]);
+        let corners =
+            geometry.triangles_of(other).iter().flatten().map(|&corner| geometry.positions[corner as usize]);
         corners.into_iter().all(|corner| facet.normal.dot(corner) > facet.offset + gap)
     };
     let apart = |other: &PreparedStone| {
         std::ptr::eq(stone, other)
             || (stone.low - gap).cmpgt(other.high).any()
             || (stone.high + gap).cmplt(other.low).any()
-            || facets.iter().any(|facet| beyond(other, facet))
+            || geometry.facets_of(stone).iter().any(|facet| beyond(other, facet))
     };
     stone.has_few_planes() && !stone.conductor && geometry.stones.iter().all(apart)
 }
@@ -122,50 +121,33 @@ fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
 impl TileTracer for TreeTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let blocks = Block::all(1, samples.clone().map(|sample| self.scene.table(sample)));
-        let arrivals = self.arrivals(tile, &samples);
+        let rays = self.scene.camera_rays(tile, samples.clone());
+        let arrivals: Vec<Arrival> = rays.map(|(_, ray)| self.arrival(&ray)).collect();
         let mut radiances = vec![0.0; arrivals.len() * self.scene.wavelength_count()];
-        let mut ledger = Ledger::default();
-        ledger.start(radiances.len());
+        let mut account = Account::default();
+        account.start(radiances.len());
         let finished = self.tree.instructions.run(Paths {
             tracer: self,
             arrivals: &arrivals,
             samples: samples.len(),
             blocks: &blocks,
             radiances: &mut radiances,
-            ledger: &mut ledger,
+            account: &mut account,
             stop,
         });
         let covered: Vec<bool> = arrivals.iter().map(|arrival| arrival.crossing.is_some()).collect();
-        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, ledger))
+        finished.then(|| Finished::new(self.scene, tile, samples, radiances, &covered, account))
     }
 }
 
 impl TreeTracer<'_> {
-    fn arrivals(&self, tile: Tile, samples: &Range<u32>) -> Vec<Arrival> {
-        let mut arrivals = Vec::new();
-        for y in tile.y..tile.y + tile.height {
-            for x in tile.x..tile.x + tile.width {
-                for sample in samples.clone() {
-                    let [dx, dy] = self.scene.settings.offset(sample);
-                    arrivals.push(self.arrival([f64::from(x) + dx, f64::from(y) + dy]));
-                }
-            }
-        }
-        arrivals
-    }
-
-    fn arrival(&self, at: [f64; 2]) -> Arrival {
+    fn arrival(&self, ray: &CameraRay) -> Arrival {
         let scene = self.scene;
-        let ray = scene.view.ray(at[0], at[1]);
         let direction = ray.direction.as_vec3();
-        let start = scene.geometry.approach(&ray).map(|start| start.as_vec3());
+        let start = scene.geometry.approach(ray).map(|start| start.as_vec3());
         let origin = start.unwrap_or_default();
         let crossing = start.and_then(|origin| self.tree.surfaces.next(origin, direction, scene.eye_nest));
-        let mut colour = [0.0; 3];
-        if crossing.is_none() && scene.background != Background::Transparent {
-            // Once a sample, so in double precision: beside a lamp one texel may be a thousand times the next.
-            colour = scene.environment.seen(ray.origin, ray.direction).map(|c| c as f32);
-        }
+        let colour = if crossing.is_none() { scene.background_of(ray) } else { [0.0; 3] };
         Arrival { origin, direction, crossing, colour }
     }
 }
@@ -186,11 +168,11 @@ impl Task for Paths<'_> {
 impl Paths<'_> {
     /// Follows all paths; false if broken off.
     #[inline(always)]
-    fn follow<V: Lanes, F: Flux<V>>(self) -> bool {
+    fn follow<V: Lanes, T: Throughput<V>>(self) -> bool {
         let TreeTracer { tree, scene, light } = self.tracer;
         let behind = scene.background != Background::Transparent;
         let lines = scene.wavelength_count() * self.samples;
-        let mut walk = Walk::<V, F>::new(tree, light, self.ledger, self.stop);
+        let mut walk = Walk::<V, T>::new(tree, light, self.account, self.stop);
         for (pixel, arrivals) in self.arrivals.chunks_exact(self.samples).enumerate() {
             for block in self.blocks {
                 let radiances = walk.radiance(block, arrivals, behind);

@@ -24,10 +24,7 @@ fn empty() -> Arc<PreparedScene> {
     let environment = Environment::uniform([1.0, 0.5, 0.25]);
     let background = Background::Environment;
     let scene = Scene { camera, width: 9, height: 5, background, environment, stones: Vec::new() };
-    Arc::new(
-        PreparedScene::new(&scene, &RenderSettings { samples: 2, ..RenderSettings::default() })
-            .expect("valid"),
-    )
+    Arc::new(PreparedScene::new(&scene, &RenderSettings::default().with_samples(2)).expect("valid"))
 }
 
 fn backends() -> impl Iterator<Item = Backend> {

@@ -27,7 +27,8 @@ fn diamond(size: u32) -> Arc<PreparedScene> {
     let stone = Stone { width: Some(6.5), ..Stone::new("brilliant", mesh, Arc::new(material)) };
     let scene = Scene { width: size, height: size, ..Scene::in_studio(vec![stone]) };
     let wavelengths = WavelengthGrid::midpoints([400.0, 700.0], 32).expect("a valid grid");
-    let settings = RenderSettings { samples: 1, wavelengths, threshold: 1e-3, ..RenderSettings::default() };
+    let settings =
+        RenderSettings { wavelengths, threshold: 1e-3, ..RenderSettings::default().with_samples(1) };
     Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"))
 }
 

@@ -57,7 +57,11 @@ impl Default for Conditions {
     /// ISO, COS and SC2 under a head of 10°, seen from afar, 300 × 300 rays.
     fn default() -> Self {
         let models = vec![Pattern::Iso, Pattern::Cos, Pattern::Sc2];
-        let settings = RenderSettings { samples: 1, jitter: false, ..RenderSettings::default() };
+        let settings = RenderSettings {
+            wavelengths: WavelengthGrid::default(),
+            jitter: false,
+            ..RenderSettings::default().with_samples(1)
+        };
         Conditions {
             models,
             head: 10.0,

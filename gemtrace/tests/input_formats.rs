@@ -12,6 +12,7 @@ use spectral_core::environment::{LatLong, Source};
 use spectral_core::mesh::Plane;
 use spectral_core::scene::Background;
 use spectral_core::settings::{Leftover, Quality, RenderSettings};
+use spectral_core::wavelength::WavelengthGrid;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -293,7 +294,7 @@ fn the_other_ways_to_say_it_arrive_too() {
     assert_eq!(settings("samples = 4\nquality = 'final'"), plain.at(Quality::Final).with_samples(4));
     let most = RenderSettings { samples: 27, tolerance: 2.0, ..plain.at(Quality::Normal) };
     assert_eq!(settings("samples = 27\ntolerance = 2"), most);
-    assert_eq!(settings("spectral = true").wavelengths, plain.wavelengths);
+    assert_eq!(settings("spectral = true").wavelengths, WavelengthGrid::default());
     assert!(rest.scene.stones.is_empty() && rest.files.is_empty());
 }
 

@@ -6,7 +6,7 @@ use spectral_core::{
     cie::Illuminant,
     color::Response,
     dispersion::{Dispersion, fraunhofer},
-    fresnel::{dielectric, dielectric_mean},
+    fresnel::dielectric,
     material::Catalogue,
     stokes::{StokesRow, align, any_axis},
     upsample::Upsampler,
@@ -59,10 +59,6 @@ fn surfaces(criterion: &mut Criterion) {
     group.bench_function("polarised, double precision", |bencher| {
         let normal = black_box([0.0, 0.6, 0.8]);
         bencher.iter(|| double.iter().map(|d| event(*d, normal, 2.4)).for_each(consume));
-    });
-    group.bench_function("mean of s and p, single precision", |bencher| {
-        let eta = black_box(2.4);
-        bencher.iter(|| single.iter().map(|d| dielectric_mean(d[2].abs(), eta)).for_each(consume));
     });
     group.finish();
 }

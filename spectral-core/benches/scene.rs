@@ -36,11 +36,20 @@ fn preparing(criterion: &mut Criterion) {
     let scene = diamond();
     for count in [1, 2, 4, 6, 8, 32] {
         let wavelengths = WavelengthGrid::midpoints([380.0, 740.0], count).expect("a valid grid");
-        let settings = RenderSettings { wavelengths, ..RenderSettings::default() };
+        let settings = RenderSettings { wavelengths, ..RenderSettings::default().with_samples(16) };
         group.bench_function(format!("{count} wavelengths"), |bencher| {
             bencher.iter(|| PreparedScene::new(black_box(&scene), &settings));
         });
     }
+    let settings = RenderSettings::default();
+    let prepared = PreparedScene::new(&scene, &settings).expect("a valid scene");
+    group.bench_function("another camera", |bencher| {
+        let mut scene = scene.clone();
+        bencher.iter(|| {
+            scene.camera.position.x += 1e-6;
+            prepared.update(black_box(&scene), &settings)
+        });
+    });
     group.finish();
 }
 

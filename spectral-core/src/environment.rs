@@ -14,7 +14,7 @@ mod ground;
 mod model;
 mod studio;
 
-pub use ground::Ground;
+pub use ground::{Ground, GroundFrame};
 pub use model::{Head, LightModel, Pattern};
 
 use crate::{Error, Warning, cie::Illuminant};
@@ -197,6 +197,11 @@ impl Environment {
             Some(ground) if direction.z < 0.0 => ground.rgb(origin, direction),
             _ => self.rgb(direction),
         }
+    }
+
+    /// Rotation of the image in turns, in [0, 1), in single precision as backends take it.
+    pub fn turn(&self) -> f32 {
+        (self.rotation / 360.0).rem_euclid(1.0) as f32
     }
 
     /// Whether another shows the same picture: the same image and ground, not copies of them, or the same colour.

@@ -160,30 +160,6 @@ fn total<T: Real>(cos_i: T, eta: T, kappa2: f64) -> Fresnel<T> {
     }
 }
 
-/// The scalar mode's share of [`dielectric`]: mean reflectance and cos θ₂ (0 under total reflection).
-///
-/// ```
-/// use spectral_core::fresnel::{dielectric, dielectric_mean};
-/// let (reflectance, cos_t) = dielectric_mean(0.3_f64, 1.0 / 2.417);
-/// let full = dielectric(0.3, 1.0 / 2.417);
-/// assert!((reflectance - full.reflectance()).abs() < 1e-15);
-/// assert_eq!(cos_t, full.cos_t);
-/// ```
-#[inline]
-pub fn dielectric_mean<T: Real>(cos_i: T, eta: T) -> (T, T) {
-    let c = cos_i.max(T::ZERO).min(T::ONE);
-    if eta == T::ONE {
-        return (T::ZERO, c);
-    }
-    let cos2_t = cos2_refracted(c, eta);
-    if cos2_t <= 0.0 {
-        return (T::ONE, T::ZERO);
-    }
-    let cos_t = T::from_f64(cos2_t.sqrt());
-    let [r_s, r_p] = amplitudes(c, eta, cos_t);
-    (((r_s * r_s + r_p * r_p) * T::HALF).min(T::ONE), cos_t)
-}
-
 /// The surface of a metal, or of anything opaque with the complex index n + ik.
 ///
 /// `cos_i`: cosine of the angle of incidence (clamped to [0, 1]). `n_incident`: index of the medium the light

@@ -11,7 +11,7 @@
 //! ```text
 //! prime  = constants + scene + batch + line + light + direction + plane + main_prime
 //! trace  = constants + scene + batch + line + light + nest + fresnel + stokes + throughput + direction + surface
-//!        + interface + intersect + one of the two transports
+//!        + medium + intersect + one of the two transports
 //!     chain: results_chain + chain + one of main_planes, main_subgroup
 //!     tree:  walk + results_walk + tree + main_trace + one of main_compute, main_pipeline
 //! gather = constants + scene + batch + line + nest + fresnel + stokes + throughput + results + main_gather
@@ -26,6 +26,7 @@
 
 pub mod block;
 pub mod facets;
+mod medium;
 pub mod pack;
 pub mod plan;
 pub mod schedule;
@@ -59,14 +60,15 @@ pub const DIRECTION: &str = include_str!("kernel/direction.wgsl");
 pub const SURFACE: &str = concat!(include_str!("kernel/plane.wgsl"), include_str!("kernel/surface.wgsl"));
 /// The block that is the same for every ray.
 pub const SCENE: &str = include_str!("kernel/scene.wgsl");
-/// Wavelengths and their optics; needs [`SCENE`].
-pub const LINE: &str = include_str!("kernel/line.wgsl");
+/// Wavelengths and the light at each; needs [`SCENE`].
+pub const LINE: &str = concat!(include_str!("kernel/line.wgsl"), include_str!("kernel/basis.wgsl"));
 /// The environment; needs [`SCENE`] and [`LINE`].
 pub const LIGHT: &str = include_str!("kernel/light.wgsl");
 
 const PLANE: &str = include_str!("kernel/plane.wgsl");
 const BATCH: &str = include_str!("kernel/batch.wgsl");
-const INTERFACE: &str = include_str!("kernel/interface.wgsl");
+/// The optics of materials; needs [`LINE`], [`FRESNEL`] and `medium::declarations`.
+const MEDIUM: &str = include_str!("kernel/medium.wgsl");
 const CHAIN: &str = concat!(include_str!("kernel/results_chain.wgsl"), include_str!("kernel/chain.wgsl"));
 const WALK: &str = concat!(include_str!("kernel/walk.wgsl"), include_str!("kernel/results_walk.wgsl"));
 const TREE: &str = concat!(include_str!("kernel/tree.wgsl"), include_str!("kernel/main_trace.wgsl"));
@@ -77,8 +79,6 @@ const MAIN_GATHER: &str = include_str!("kernel/main_gather.wgsl");
 
 /// Invocations a workgroup: a multiple of every subgroup size in use.
 pub const WORKGROUP: u32 = 64;
-/// Vectors that a line takes in the optics before those of the materials.
-const LINE_VECTORS: u32 = 3;
 
 /// The choices that are made when a shader is assembled, each a constant in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,7 +127,8 @@ impl Form {
         add("RESCUES", "u32", (6 * Rounding::RESCUE.len()).to_string());
         add("RESCUE_NEAR", "f32", wgsl(Rounding::RESCUE[0]));
         add("RESCUE_FAR", "f32", wgsl(Rounding::RESCUE[1]));
-        add("LINE_VECTORS", "u32", LINE_VECTORS.to_string());
+        add("BASIS_VECTORS", "u32", pack::BASIS_VECTORS.to_string());
+        add("MEDIUM_VECTORS", "u32", medium::VECTORS.to_string());
         add("CONTACTS", "bool", contacts.to_string());
         add("STACK", "u32", stack.to_string());
         add("WORKGROUP", "u32", WORKGROUP.to_string());
@@ -170,9 +171,8 @@ impl Form {
 
     fn traced(&self, transport: &[&str]) -> String {
         let optics = [SCENE, BATCH, LINE, LIGHT, NEST, FRESNEL, STOKES, self.throughput()];
-        [&[self.constants().as_str()], &optics[..], &[DIRECTION, SURFACE, INTERFACE], transport]
-            .concat()
-            .join("\n")
+        let surfaces = [DIRECTION, SURFACE, &medium::declarations(), MEDIUM];
+        [&[self.constants().as_str()], &optics[..], &surfaces, transport].concat().join("\n")
     }
 
     /// The shader with the entry point `gather`, after chains or after trees.

@@ -86,6 +86,12 @@ pub struct Material {
 }
 
 impl Material {
+    /// A material of which only the optics are known.
+    pub fn new(name: impl Into<String>, kind: Kind) -> Self {
+        let (notes, sources) = (Vec::new(), Vec::new());
+        Material { name: name.into(), kind, density: None, ray: String::new(), notes, sources }
+    }
+
     /// The refractive index at a wavelength in nm; of a metal the real part.
     pub fn index(&self, nm: f64) -> f64 {
         match &self.kind {

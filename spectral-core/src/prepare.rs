@@ -1,30 +1,33 @@
-//! A scene made ready for any backend: validated, flat arrays, one table of optics a wavelength grid.
+//! A scene made ready for any backend: validated, in flat arrays, with a table of optics for each wavelength grid.
 //!
-//! All that a caller can get wrong is refused here, so that backends need not check. Geometry is kept in
-//! double precision about a local origin (the middle of the stones), so that a backend's single precision
-//! is spent on the stones and not on where they stand.
+//! Whatever a caller can get wrong is refused here, so backends need not check. Geometry is kept in double precision
+//! about a local origin, the middle of the stones. A backend's single precision then resolves the stones, wherever in
+//! the world they stand.
 
 mod geometry;
+mod medium;
 mod nest;
 mod outline;
 mod rounding;
 mod spectral;
 
 pub use geometry::{FacetPlane, Geometry, PreparedStone};
+pub use medium::Medium;
 pub use nest::{Nest, Rank};
 pub use outline::{Outline, Side};
 pub use rounding::{Rounding, Span};
-pub use spectral::{Medium, Optics, SpectralTable};
+pub use spectral::{Optics, SpectralTable};
 
 use crate::{
     Error, Warning,
-    camera::View,
+    camera::{CameraRay, View},
     environment::Environment,
-    film::Film,
+    film::{Film, Tile},
     scene::{Background, Scene},
     settings::RenderSettings,
 };
 use glam::DVec3;
+use std::ops::Range;
 use std::sync::Arc;
 
 /// A validated scene with its settings: what every backend renders.
@@ -149,6 +152,34 @@ impl PreparedScene {
         &self.optics.tables[sample as usize % self.optics.tables.len()]
     }
 
+    /// The camera rays of some samples over a tile, with their samples: pixel by pixel, each pixel's samples in order, as
+    /// [`TileSums`](crate::film::TileSums) has them.
+    pub fn camera_rays(
+        &self,
+        tile: Tile,
+        samples: Range<u32>,
+    ) -> impl Iterator<Item = (u32, CameraRay)> + '_ {
+        let row = move |y| (tile.x..tile.x + tile.width).map(move |x| [x, y].map(f64::from));
+        let pixels = (tile.y..tile.y + tile.height).flat_map(row);
+        pixels.flat_map(move |[x, y]| {
+            samples.clone().map(move |sample| {
+                let [dx, dy] = self.settings.offset(sample);
+                (sample, self.view.ray(x + dx, y + dy))
+            })
+        })
+    }
+
+    /// Linear sRGB that a camera ray shows which meets no stone; black where the background is transparent.
+    ///
+    /// It is needed once a sample, so it is looked up in double precision: beside a lamp one texel may be a thousand
+    /// times as bright as the next.
+    pub fn background_of(&self, ray: &CameraRay) -> [f32; 3] {
+        match self.background {
+            Background::Environment => self.environment.seen(ray.origin, ray.direction).map(|c| c as f32),
+            Background::Transparent => [0.0; 3],
+        }
+    }
+
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {
@@ -224,7 +255,7 @@ mod tests {
             ),
             ("wavelengths", |_, settings| *settings = settings.at(Quality::Draft), [true, true, true, false]),
         ];
-        let (scene, settings) = (two_stones(), RenderSettings::default());
+        let (scene, settings) = (two_stones(), RenderSettings::default().with_samples(16));
         let first = PreparedScene::new(&scene, &settings).unwrap();
         for (what, change, expected) in cases {
             let (mut scene, mut settings) = (scene.clone(), settings.clone());
@@ -241,7 +272,7 @@ mod tests {
 
     #[test]
     fn what_a_mesh_was_is_not_taken_for_another() {
-        let (mut scene, settings) = (two_stones(), RenderSettings::default());
+        let (mut scene, settings) = (two_stones(), RenderSettings::default().with_samples(16));
         let first = PreparedScene::new(&scene, &settings).unwrap();
         scene.stones.pop();
         assert!(!shared(&first, &first.update(&scene, &settings).unwrap())[0]);

@@ -14,10 +14,42 @@ pub enum Leftover {
     Drop,
 }
 
-/// How much work a picture is worth: numbers chosen together, for [`RenderSettings::at`].
+impl Leftover {
+    /// Both of them.
+    pub const ALL: [Leftover; 2] = [Leftover::Exit, Leftover::Drop];
+
+    /// The name in scene files, on a command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Leftover::Exit => "exit",
+            Leftover::Drop => "drop",
+        }
+    }
+
+    /// The rule of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] with the nearest name.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
+        by_name("leftover", name, Self::ALL, Self::name)
+    }
+}
+
+/// The one of `all` that has that name.
+fn by_name<T: Copy, const N: usize>(
+    what: &'static str,
+    name: &str,
+    all: [T; N],
+    name_of: fn(T) -> &'static str,
+) -> Result<T, Error> {
+    let found = all.into_iter().find(|one| name_of(*one) == name);
+    found.ok_or_else(|| Error::unknown(what, name, all.map(name_of)))
+}
+
+/// How much work a picture takes: settings chosen together, for [`RenderSettings::at`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Quality {
-    /// To see at once whether the scene is what was meant.
+    /// To see quickly whether the scene is as intended.
     Draft,
     /// To look at.
     #[default]
@@ -44,8 +76,7 @@ impl Quality {
     /// # Errors
     /// [`Error::Unknown`] with the nearest name.
     pub fn by_name(name: &str) -> Result<Self, Error> {
-        let found = Self::ALL.into_iter().find(|quality| quality.name() == name);
-        found.ok_or_else(|| Error::unknown("quality", name, Self::ALL.map(Self::name)))
+        by_name("quality", name, Self::ALL, Self::name)
     }
 }
 
@@ -60,8 +91,8 @@ impl Quality {
 pub struct RenderSettings {
     /// Samples a pixel; where there is a `tolerance`, the most. They lie in the pixel as [`offset`](Self::offset) says.
     pub samples: u32,
-    /// Spend samples where they change the picture: parts of it that three times as many have changed by no more than
-    /// this, ΔE00, take no more (see [`Film::settle`](crate::film::Film::settle)). 0: every pixel takes them all.
+    /// Adaptive sampling: a part of the picture takes no more samples once three times as many have changed it by no
+    /// more than this, ΔE00 (see [`Film::settle`](crate::film::Film::settle)). 0: every pixel takes all of them.
     pub tolerance: f64,
     /// The wavelengths traced for each sample.
     pub wavelengths: WavelengthGrid,
@@ -85,9 +116,9 @@ impl RenderSettings {
     /// The largest depth limit accepted: bounds the explicit stack of a path.
     pub const MAX_DEPTH: u32 = 4_096;
 
-    /// These settings with the samples, wavelengths, depth and thresholds of a quality. What the picture is of stays:
-    /// the range of wavelengths, or the whole grid where each counts by itself, as in a list or a spectral film; the
-    /// rule for leftovers; polarisation.
+    /// These settings with the samples, the number of wavelengths, the depth and the thresholds of a quality. Unchanged
+    /// are the range of wavelengths, the rule for leftovers and polarisation, and the whole grid if it is a list or the
+    /// film is spectral.
     ///
     /// ```
     /// use spectral_core::settings::{Quality, RenderSettings};
@@ -96,9 +127,9 @@ impl RenderSettings {
     /// ```
     #[must_use]
     pub fn at(&self, quality: Quality) -> Self {
-        // The single sample of a draft cannot move its wavelengths: with sixteen, dispersion does not show as bands.
-        // Samples move them, and then eight carry every colour exactly: more, at the cost of samples, are worse.
-        // Normal is the least that brings 95 % of a diamond's pixels within ΔE00 1 of the converged picture under lamps.
+        // A draft has one sample and so one grid: with sixteen wavelengths dispersion does not show as bands. The grids
+        // of many samples differ, and eight wavelengths carry every colour exactly; more would cost samples. Normal is
+        // the least work that brings 95 % of a diamond's pixels under lamps within ΔE00 1 of the converged picture.
         let (samples, count, tolerance, max_depth, threshold) = match quality {
             Quality::Draft => (1, 16, 0.0, 24, 1e-2),
             Quality::Normal => (729, 8, 0.6, 64, 1e-4),
@@ -109,7 +140,7 @@ impl RenderSettings {
         RenderSettings { samples, tolerance, max_depth, threshold, wavelengths, ..self.clone() }
     }
 
-    /// These settings with `samples` for every pixel, without a tolerance: who counts samples means that many.
+    /// These settings with exactly `samples` for every pixel, so without a tolerance.
     #[must_use]
     pub fn with_samples(&self, samples: u32) -> Self {
         RenderSettings { samples, tolerance: 0.0, ..self.clone() }
@@ -139,7 +170,7 @@ impl RenderSettings {
         }
     }
 
-    /// Refuses settings that cannot be meant, with what would be valid.
+    /// Refuses impossible settings and says what would be valid.
     ///
     /// # Errors
     /// [`Error::Value`] for a count of samples or a depth outside its bounds, and for a threshold outside
@@ -169,18 +200,20 @@ impl RenderSettings {
 }
 
 impl Default for RenderSettings {
+    /// [`Quality::default`], polarised, with jittered wavelengths from 380 to 740 nm.
     fn default() -> Self {
-        RenderSettings {
-            samples: 16,
+        let any = RenderSettings {
+            samples: 1,
             tolerance: 0.0,
             wavelengths: WavelengthGrid::default(),
             jitter: true,
-            max_depth: 64,
-            leftover: Leftover::Exit,
-            threshold: 1e-4,
+            max_depth: 1,
+            leftover: Leftover::default(),
+            threshold: 0.0,
             polarized: true,
             spectral: false,
-        }
+        };
+        any.at(Quality::default())
     }
 }
 
@@ -226,7 +259,7 @@ mod tests {
 
     #[test]
     fn with_a_tolerance_samples_are_points_of_the_lattice() {
-        let plain = RenderSettings::default();
+        let plain = RenderSettings::default().with_samples(16);
         let nested = RenderSettings { tolerance: 1.0, ..plain.clone() };
         for index in 0..30 {
             let [x, y, offset] = lattice::point(index);

@@ -47,15 +47,6 @@ impl<T: Real> StokesRow<T> {
         self.0[0]
     }
 
-    /// The most that light of intensity 1 can deliver, whatever its polarisation: I + √(Q² + U² + V²).
-    ///
-    /// A threshold on [`intensity`](Self::intensity) is off by at most a factor of two from one on this bound.
-    #[inline]
-    pub fn bound(&self) -> T {
-        let [i, q, u, v] = self.0;
-        i + (q * q + u * u + v * v).sqrt()
-    }
-
     /// Every component times `factor`: absorption acts on all polarisations alike.
     #[inline]
     pub fn scaled(self, factor: T) -> Self {

@@ -42,6 +42,17 @@ use crate::color::Response;
 use crate::spectrum::{Ends, Tabulated};
 use crate::wavelength::WavelengthGrid;
 
+/// How many bases there are. [`radiance`] says how a colour is made of them. Beside it, only the basis modules of the
+/// backends (`basis.rs`, `basis.wgsl`) know what each of them stands for.
+pub const BASES: usize = smits::COUNT;
+
+/// The radiance of a linear sRGB colour at a wavelength, given that of the bases there.
+///
+/// Colours must not be negative ([`Gamut`] sees to that): negative components give negative radiance.
+pub fn radiance(rgb: [f64; 3], bases: &[f64; BASES]) -> f64 {
+    smits::Weights::new(rgb).mix(bases)
+}
+
 /// How exactly the bases should show their colours, and the summed error up to which one is kept that stopped
 /// short of it.
 const BASIS_STOP: Stop = Stop { tolerance: 1e-12, max_sweeps: 40_000 };
@@ -107,9 +118,7 @@ impl Upsampler {
     ///
     /// Colours must not be negative ([`Gamut`] sees to that): negative components give negative radiance.
     pub fn radiance(&self, rgb: [f64; 3], i: usize) -> f64 {
-        let smits::Weights { base, weight } = smits::Weights::new(rgb);
-        let at = |k: usize| self.basis[k].get(i).copied().unwrap_or_default();
-        weight[0] * at(base[0]) + weight[1] * at(base[1]) + weight[2] * at(base[2])
+        radiance(rgb, &self.basis.each_ref().map(|base| base.get(i).copied().unwrap_or_default()))
     }
 
     /// [`radiance`](Self::radiance) at every wavelength of the grid.

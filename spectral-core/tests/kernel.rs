@@ -52,7 +52,8 @@ fn facets(sides: u32, guess: Guess) -> Facets {
     let mesh = Mesh::from_triangles(positions, triangles, &MeshOptions::default()).expect("a closed mesh").0;
     let quartz = Catalogue::builtin().get("quartz").expect("a built-in material").clone();
     let scene = Described::in_studio(vec![Stone::new("prism", Arc::new(mesh), Arc::new(quartz))]);
-    let scene = PreparedScene::new(&scene, &RenderSettings::default()).expect("a valid scene");
+    let scene =
+        PreparedScene::new(&scene, &RenderSettings::default().with_samples(1)).expect("a valid scene");
     Facets::new(&scene, guess, 16 << 10)
 }
 

@@ -67,23 +67,18 @@ pub fn glass(n: f64) -> Material {
 pub fn tinted(n: f64, absorption: f64) -> Material {
     let terms = if absorption > 0.0 { vec![Term::Constant(absorption)] } else { vec![] };
     let absorption = Absorption::new(terms).expect("a valid coefficient");
-    plain(Kind::Dielectric { dispersion: Dispersion::Constant(n), absorption })
+    Material::new("test", Kind::Dielectric { dispersion: Dispersion::Constant(n), absorption })
 }
 
 /// A metal of one complex index n + ik.
 pub fn metal(n: f64, k: f64) -> Material {
     let constant = |v: f64| Tabulated::new(vec![550.0], vec![v], Ends::Extend).expect("a valid table");
-    plain(Kind::Conductor { n: constant(n), k: constant(k) })
+    Material::new("test", Kind::Conductor { n: constant(n), k: constant(k) })
 }
 
 /// A built-in material.
 pub fn material(name: &str) -> Material {
     Catalogue::builtin().get(name).expect("a built-in material").clone()
-}
-
-fn plain(kind: Kind) -> Material {
-    let (notes, sources) = (vec![], vec![]);
-    Material { name: "test".into(), kind, density: None, ray: String::new(), notes, sources }
 }
 
 /// One sample a pixel, the given wavelengths (nm), nothing dropped but at the depth limit of 64, and the

@@ -95,7 +95,7 @@ fn the_default_quality_is_within_one_step_of_the_converged_picture_and_each_is_b
 /// The hardest light among the scenes: each lamp shows in every facet, in every colour.
 #[test]
 fn the_default_quality_is_within_one_step_on_a_diamond_under_lamps_too() {
-    let normal = RenderSettings::default().at(Quality::Normal);
+    let normal = RenderSettings::default();
     let of =
         |settings: &RenderSettings| render(&prepared(&diamond(), settings), &OpenOptions::default(), &[]);
     let (converged, _) = of(&normal.with_samples(36 * 36));
@@ -114,7 +114,7 @@ fn the_default_quality_is_within_one_step_on_a_diamond_under_lamps_too() {
 
 #[test]
 fn samples_go_where_they_change_the_picture() {
-    let scene = prepared(&quartz(), &RenderSettings::default().at(Quality::Normal));
+    let scene = prepared(&quartz(), &RenderSettings::default());
     let (film, _) = render(&scene, &OpenOptions::default(), &[]);
     let mut counts = std::collections::BTreeMap::new();
     for (x, y) in (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y))) {

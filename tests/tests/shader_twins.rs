@@ -227,8 +227,8 @@ fn expansion_of_colours() {
     };
     let expected: Vec<Row> = inputs.iter().map(mixed).collect();
     let body = "
-        let line = Line(0u, vec4(in[3], in[4], in[5], in[6]), vec3(in[7], in[8], in[9]));
-        out[0] = line_expand(line, vec3(in[0], in[1], in[2]));";
+        let basis = Basis(vec4(in[3], in[4], in[5], in[6]), vec3(in[7], in[8], in[9]));
+        out[0] = basis_expand(basis, vec3(in[0], in[1], in[2]));";
     for gpu in gpus() {
         let worst = worst(&map(&gpu, &library(&[SCENE, LINE]), body, &[], &inputs), &expected);
         assert!(worst <= 2e-6, "{worst}");

@@ -1,20 +1,20 @@
 //! Packets of sixteen wavelengths on their way through one convex stone.
 //!
-//! What leaves a convex stone never comes back, so a path is a chain of internal reflections. A batch of packets
-//! makes each reflection together, whichever it is for each of them, phase by phase: exits, then Fresnel, then the aim
-//! of what leaves, then its light; packets are independent, so the processor overlaps one's arithmetic with another's
-//! memory. Whether anything leaves is hard to foresee, so what does is listed and nothing branches on it.
+//! What leaves a convex stone never comes back, so a path is a chain of internal reflections. All packets of a batch make
+//! their next reflection together, in phases: first exits, then Fresnel's equations, then where the light lies that
+//! leaving rays see, then that light. Packets are independent, so the processor overlaps the arithmetic of one with the
+//! memory access of another. Whether a ray leaves is hard to predict, so those that do are listed, without a branch.
 
 use super::Chain;
 use crate::{
-    account::{Fate, Ledger},
+    account::{Account, Fate},
     block::Block,
-    incidence::{Flux, Incidence},
-    light::Light,
+    environment::{Light, Lookup},
+    incidence::Incidence,
     planes::{BATCH, Beam, Exit},
-    texel::Aim,
+    throughput::Throughput,
 };
-use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, exp2, put};
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, put};
 use spectral_core::settings::Leftover;
 
 /// A camera ray's arrival at the stone, or its passing by.
@@ -35,8 +35,8 @@ pub(crate) struct Arrival {
 }
 
 /// What sixteen wavelengths carry along their [`Beam`].
-struct Packet<V, F> {
-    flux: F,
+struct Packet<V, T> {
+    throughput: T,
     radiance: V,
     /// What was left of the rays that were too faint to follow.
     faint: V,
@@ -52,41 +52,42 @@ struct Packet<V, F> {
 struct Outgoing<V> {
     packet: usize,
     direction: Triple<V>,
-    aim: Aim<V>,
+    lookup: Lookup<V>,
     intensity: V,
     lanes: u16,
 }
 
 /// The packets under way and what they need.
-pub(crate) struct Batch<'a, V: Lanes, F> {
+pub(crate) struct Batch<'a, V: Lanes, T> {
     chain: &'a Chain,
     light: &'a Light,
     blocks: &'a [Block],
     beams: Vec<Beam>,
-    packets: Vec<Packet<V, F>>,
+    packets: Vec<Packet<V, T>>,
     exits: Vec<Exit<V>>,
     outgoing: Vec<Outgoing<V>>,
     /// How many of those there are.
     leaving: usize,
     /// One number a lane, of all pixels of the tile.
     radiances: &'a mut [f32],
-    ledger: &'a mut Ledger,
+    account: &'a mut Account,
 }
 
-impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
+impl<'a, V: Lanes, T: Throughput<V>> Batch<'a, V, T> {
     #[inline(always)]
     pub fn new(
         chain: &'a Chain,
         light: &'a Light,
         blocks: &'a [Block],
         radiances: &'a mut [f32],
-        ledger: &'a mut Ledger,
+        account: &'a mut Account,
     ) -> Self {
         let (zero, direction) = (V::splat(0.0), Triple::splat([0.0; 3]));
-        let nothing = Outgoing { packet: 0, direction, aim: Aim::nowhere(), intensity: zero, lanes: 0 };
+        let lookup = Lookup::nowhere();
+        let nothing = Outgoing { packet: 0, direction, lookup, intensity: zero, lanes: 0 };
         let (beams, packets) = (Vec::with_capacity(BATCH), Vec::with_capacity(BATCH));
         let (exits, outgoing) = (vec![Exit::nowhere(); BATCH], vec![nothing; BATCH]);
-        Batch { chain, light, blocks, beams, packets, exits, outgoing, leaving: 0, radiances, ledger }
+        Batch { chain, light, blocks, beams, packets, exits, outgoing, leaving: 0, radiances, account }
     }
 
     /// Whether the next packet must wait.
@@ -102,20 +103,20 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let lines = &self.blocks[block];
         let gathered = Gathered::new(lines, arrivals);
         let colours = Triple::<V>::load(&gathered.colour);
-        let seen = lines.expand(colours);
+        let seen = lines.basis.expand(colours);
         let covered = V::Mask::from_bits(gathered.lanes);
         let background = if behind { seen } else { V::splat(0.0) };
-        let inverse = &lines.media[self.chain.material].inverse;
-        let at = Incidence::entering(V::load(&gathered.cosine), inverse);
+        let at = lines.media[self.chain.material].entered(V::load(&gathered.cosine));
         let [mirrored, mean, half] = at.shares();
         let radiance = V::select(covered, seen * mirrored, background);
         let missed = if behind { (lines.lanes & !gathered.lanes).count_ones() } else { 0 };
-        self.ledger.count(u64::from(missed + 2 * gathered.lanes.count_ones()));
-        let flux = F::entering(mean, half, &gathered.axis);
+        self.account.count(u64::from(missed + 2 * gathered.lanes.count_ones()));
+        let throughput = T::entering(mean, half, &gathered.axis);
         let direction = Triple::load(&gathered.direction);
         let direction = at.refracted(direction, Triple::load(&gathered.inward));
-        let (alive, faint) = surviving(gathered.lanes, flux.intensity(), V::splat(0.0), self.chain.threshold);
-        let packet = Packet { flux, radiance, faint, block, place, depth: 1 };
+        let (intensity, threshold) = (throughput.intensity(), self.chain.threshold);
+        let (alive, faint) = surviving(gathered.lanes, intensity, V::splat(0.0), threshold);
+        let packet = Packet { throughput, radiance, faint, block, place, depth: 1 };
         if alive == 0 {
             self.deliver(&packet);
         } else {
@@ -152,16 +153,17 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let at = self.arrive(k);
         let (beam, exit, packet) = (&mut self.beams[k], &self.exits[k], &mut self.packets[k]);
         let direction = Triple::load(&beam.direction);
-        let (flux, intensity) = packet.flux.split(direction, exit.normal, &at);
+        let (throughput, leaving) = packet.throughput.reflected(direction, exit.normal, &at);
         let alive = beam.alive;
         let out = alive & !at.total.bits();
         beam.origin = exit.point.stored();
         beam.direction = at.reflected(direction, exit.normal).stored();
-        packet.flux = flux;
+        packet.throughput = throughput;
         packet.depth += 1;
-        (beam.alive, packet.faint) = surviving(alive, flux.intensity(), packet.faint, self.chain.threshold);
-        self.ledger.count(u64::from(alive.count_ones() + out.count_ones()));
-        self.send(k, at.refracted(direction, exit.normal), intensity, out);
+        let (intensity, threshold) = (throughput.intensity(), self.chain.threshold);
+        (beam.alive, packet.faint) = surviving(alive, intensity, packet.faint, threshold);
+        self.account.count(u64::from(alive.count_ones() + out.count_ones()));
+        self.send(k, at.refracted(direction, exit.normal), leaving, out);
     }
 
     /// What becomes of rays that would make one event too many.
@@ -170,20 +172,20 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let at = self.arrive(k);
         let (beam, exit) = (&mut self.beams[k], &self.exits[k]);
         let lanes = std::mem::take(&mut beam.alive);
-        let left = self.packets[k].flux.intensity();
-        self.ledger.count(u64::from(lanes.count_ones()));
+        let left = self.packets[k].throughput.intensity();
+        self.account.count(u64::from(lanes.count_ones()));
         if self.chain.leftover == Leftover::Drop {
-            self.ledger.add(Fate::DroppedDepth, &left.only(lanes));
+            self.account.add(Fate::DroppedDepth, &left.only(lanes));
             return;
         }
-        self.ledger.add(Fate::LeftAtLimit, &left.only(lanes));
+        self.account.add(Fate::LeftAtLimit, &left.only(lanes));
         let direction = Triple::load(&beam.direction);
         let out = Triple::select(at.total, direction, at.refracted(direction, exit.normal));
         beam.origin = exit.point.stored();
         self.send(k, out, left, lanes);
     }
 
-    /// Lists what leaves, if it is any.
+    /// Lists rays that leave the stone, if there are any.
     #[inline(always)]
     fn send(&mut self, packet: usize, direction: Triple<V>, intensity: V, lanes: u16) {
         let outgoing = &mut self.outgoing[self.leaving];
@@ -197,11 +199,8 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     fn arrive(&mut self, k: usize) -> Incidence<V> {
         let (exit, packet) = (&self.exits[k], &mut self.packets[k]);
         let medium = &self.blocks[packet.block].media[self.chain.material];
-        if medium.absorbs {
-            packet.flux = packet.flux.scaled(exp2(-(V::load(&medium.fade) * exit.distance)));
-        }
-        let [n, n2, one_less_n2] = &medium.index;
-        Incidence::new(exit.cosine, V::load(n), V::load(n2), V::load(one_less_n2))
+        medium.fade(&mut packet.throughput, exit.distance);
+        medium.left(exit.cosine)
     }
 
     /// Adds the light of what has just left the stone.
@@ -210,11 +209,11 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
         let outgoing = &mut self.outgoing[..self.leaving];
         for out in outgoing.iter_mut() {
             let origin = Triple::load(&self.beams[out.packet].origin);
-            out.aim = Aim::new(self.light, origin, out.direction);
+            out.lookup = Lookup::new(self.light, origin, out.direction);
         }
         for out in outgoing {
             let packet = &mut self.packets[out.packet];
-            let light = self.blocks[packet.block].expand(out.aim.colours(self.light, out.lanes));
+            let light = self.blocks[packet.block].basis.expand(out.lookup.colours(self.light, out.lanes));
             let lanes = V::Mask::from_bits(out.lanes);
             packet.radiance = V::select(lanes, light.fma(out.intensity, packet.radiance), packet.radiance);
         }
@@ -236,14 +235,14 @@ impl<'a, V: Lanes, F: Flux<V>> Batch<'a, V, F> {
     }
 
     #[inline(always)]
-    fn deliver(&mut self, packet: &Packet<V, F>) {
-        self.ledger.add(Fate::DroppedThreshold, &packet.faint.stored().0);
+    fn deliver(&mut self, packet: &Packet<V, T>) {
+        self.account.add(Fate::DroppedThreshold, &packet.faint.stored().0);
         self.blocks[packet.block].scatter(packet.radiance, &mut self.radiances[packet.place..]);
     }
 }
 
-/// Those of the lanes whose intensity is worth following, and what the others carry beside what was too faint before:
-/// once for each lane.
+/// The lanes whose intensity is not below the threshold; and `faint` with that of the others, which happens once for
+/// each lane.
 #[inline(always)]
 fn surviving<V: Lanes>(lanes: u16, intensity: V, faint: V, threshold: f32) -> (u16, V) {
     let below = intensity.lt(V::splat(threshold)).bits() & lanes;

@@ -5,8 +5,6 @@ use crate::{
 };
 use glam::DVec3;
 use spectral_core::{
-    camera::{Camera, Projection},
-    environment::Environment,
     material::Catalogue,
     mesh::Mesh,
     prepare::Geometry,
@@ -18,17 +16,10 @@ use std::sync::Arc;
 pub(crate) fn chain(shape: &str) -> (Chain, PreparedScene) {
     let (mesh, _): (Mesh, _) = ShapeSpec::by_name(shape).unwrap().cut().unwrap().solid().unwrap();
     let diamond = Catalogue::builtin().get("diamond").unwrap().clone();
-    let projection = Projection::Orthographic { height: 10.0 };
-    let camera = Camera { position: DVec3::Z * 20.0, look_at: DVec3::ZERO, up: DVec3::Y, projection };
-    let scene = Scene {
-        camera,
-        width: 8,
-        height: 8,
-        background: Background::Transparent,
-        environment: Environment::uniform([1.0; 3]),
-        stones: vec![Stone { width: Some(6.5), ..Stone::new("stone", Arc::new(mesh), Arc::new(diamond)) }],
-    };
-    let scene = PreparedScene::new(&scene, &RenderSettings::default()).unwrap();
+    let stone = Stone { width: Some(6.5), ..Stone::new("stone", Arc::new(mesh), Arc::new(diamond)) };
+    let background = Background::Transparent;
+    let scene = Scene { width: 8, height: 8, background, ..Scene::in_studio(vec![stone]) };
+    let scene = PreparedScene::new(&scene, &RenderSettings::default().with_samples(1)).unwrap();
     (Chain::new(&scene, Instructions::best()).expect("a convex stone"), scene)
 }
 
@@ -197,11 +188,11 @@ fn events_are_those_of_the_core() {
             let at = Incidence::new(normal.dot(direction), n1, n2, less);
             let axis = axis.map(|a| Row([a; WIDTH]));
             let start = Polarized::entering(V::splat(0.8), V::splat(0.3), &axis);
-            let (inside, out) = start.split(direction, normal, &at);
+            let (inside, out) = start.reflected(direction, normal, &at);
             // A second event mixes all four components into the first.
-            let (again, _) = inside.split(direction, normal, &at);
+            let (again, _) = inside.reflected(direction, normal, &at);
             let (mean, mean_out) =
-                Mean::entering(V::splat(0.8), V::splat(0.0), &axis).split(direction, normal, &at);
+                Mean::entering(V::splat(0.8), V::splat(0.0), &axis).reflected(direction, normal, &at);
             let lane = |v: V| v.lane(0);
             ([lane(again.intensity()), lane(out)], [lane(mean.intensity()), lane(mean_out)])
         }

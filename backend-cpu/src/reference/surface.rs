@@ -41,10 +41,9 @@ impl Surfaces {
             let rank = geometry.stones[plane.stone as usize].rank;
             Triangle { corner: a, edges: [b - a, c - a], normal: plane.normal, offset: plane.offset, rank }
         };
-        let material = |&stone: &u32| geometry.stones[stone as usize].material;
         Surfaces {
             triangles: geometry.triangles.iter().zip(&geometry.facet_of).map(triangle).collect(),
-            material_of_rank: geometry.stone_of_rank.iter().map(material).collect(),
+            material_of_rank: geometry.material_of_rank(),
             margin: 1e-11 * geometry.radius,
             contact: if geometry.contacts { Geometry::CONTACT * geometry.radius } else { 0.0 },
         }

@@ -1,34 +1,34 @@
 //! Packets of sixteen wavelengths on their way through any scene.
 //!
-//! The wavelengths of a block set out together. At each surface event those that go on between the same media
-//! stay together, the others part; both children of an event are followed, the refracted one first, the other
-//! kept on an explicit stack. The order of a wavelength's events is that of its own tree whoever goes with it,
-//! so its sum does not depend on how packets were put together. (Going on with the stronger child, as the GPU
-//! kernels do, would tie the order to the company.)
+//! The wavelengths of a block start together. At each surface event those that go on between the same media stay
+//! together, the others part. Whatever rays an event sends on are put on an explicit stack, the refracted one last, so
+//! that it is followed first. The order of a wavelength's events is that of its own tree, whichever wavelengths share
+//! its packet, so its sum does not depend on how packets are put together. (With the weaker ray first, as in the GPU
+//! kernels, the order would depend on the other wavelengths.)
 
-use super::{Arrival, Tree, interface::Interface};
+use super::{Arrival, Tree};
 use crate::{
-    account::{Fate, Ledger},
-    block::{Block, Medium},
-    incidence::Flux,
-    light::Light,
+    account::{Account, Fate},
+    block::Block,
+    environment::{Light, Lookup},
+    medium::{Interface, Medium},
     schedule::Stop,
     surface::Crossing,
-    texel::Aim,
+    throughput::Throughput,
 };
-use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, exp2, put};
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, put};
 use spectral_core::{
     prepare::{Nest, Rank},
     settings::Leftover,
     stokes::any_axis,
 };
 
-/// Wavelengths that have had the same events.
+/// Wavelengths on the same way through the same media.
 #[derive(Clone, Copy)]
-struct Packet<V, F> {
+struct Packet<V, T> {
     origin: Triple<V>,
     direction: Triple<V>,
-    flux: F,
+    throughput: T,
     lanes: u16,
     /// The stones they are in.
     nest: Nest,
@@ -50,38 +50,38 @@ struct Event<V> {
 }
 
 /// The walk through the trees of one block's wavelengths after another.
-pub(super) struct Walk<'a, V, F> {
+pub(super) struct Walk<'a, V, T> {
     tree: &'a Tree,
     light: &'a Light,
-    ledger: &'a mut Ledger,
+    account: &'a mut Account,
     stop: &'a Stop<'a>,
-    stack: Vec<Packet<V, F>>,
+    stack: Vec<Packet<V, T>>,
     /// By rank: a facet to try first.
     guesses: Vec<usize>,
 }
 
-/// [`Walk::split`] as a function of its own.
-struct Arrive<'b, 'a, V, F> {
-    walk: &'b mut Walk<'a, V, F>,
+/// [`Walk::arrive`] as a function of its own.
+struct Arrive<'b, 'a, V, T> {
+    walk: &'b mut Walk<'a, V, T>,
     block: &'b Block,
-    packet: &'b Packet<V, F>,
+    packet: &'b Packet<V, T>,
     event: &'b Event<V>,
     sum: &'b mut V,
 }
 
-impl<V: Lanes, F: Flux<V>> Work for Arrive<'_, '_, V, F> {
+impl<V: Lanes, T: Throughput<V>> Work for Arrive<'_, '_, V, T> {
     type Output = ();
 
     #[inline(always)]
     fn work(self) {
-        self.walk.split(self.block, self.packet, self.event, self.sum);
+        self.walk.arrive(self.block, self.packet, self.event, self.sum);
     }
 }
 
-impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
+impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
     #[inline(always)]
-    pub fn new(tree: &'a Tree, light: &'a Light, ledger: &'a mut Ledger, stop: &'a Stop<'a>) -> Self {
-        Walk { tree, light, ledger, stop, stack: Vec::new(), guesses: vec![0; tree.alone.len()] }
+    pub fn new(tree: &'a Tree, light: &'a Light, account: &'a mut Account, stop: &'a Stop<'a>) -> Self {
+        Walk { tree, light, account, stop, stack: Vec::new(), guesses: vec![0; tree.alone.len()] }
     }
 
     /// Radiances towards the eye along the camera rays of a pixel's samples; `behind`: whether the light behind
@@ -104,8 +104,8 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         let [origin, direction, axis, colour] = &rows;
         let mut sum = V::splat(0.0);
         if behind && lanes != block.lanes {
-            self.ledger.count(u64::from((block.lanes & !lanes).count_ones()));
-            sum = V::select(V::Mask::from_bits(lanes), sum, block.expand(Triple::load(colour)));
+            self.account.count(u64::from((block.lanes & !lanes).count_ones()));
+            sum = V::select(V::Mask::from_bits(lanes), sum, block.basis.expand(Triple::load(colour)));
         }
         if lanes == 0 {
             return sum;
@@ -113,7 +113,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         let packet = Packet {
             origin: Triple::load(origin),
             direction: Triple::load(direction),
-            flux: F::eye(Triple::load(axis)),
+            throughput: T::eye(Triple::load(axis)),
             lanes,
             nest: Nest::default(),
             depth: 0,
@@ -121,7 +121,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         };
         self.part(block, &packet, &crossings, &mut sum);
         while let Some(packet) = self.stack.pop() {
-            // A tree can be vast: breaking off must not wait for the pixel.
+            // A tree can be very large: a cancel does not wait for the end of the pixel.
             if (self.stop)() {
                 self.stack.clear();
             } else {
@@ -133,7 +133,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
 
     /// Follows a packet to its next surfaces.
     #[inline(always)]
-    fn go_on(&mut self, block: &Block, mut packet: Packet<V, F>, sum: &mut V) {
+    fn go_on(&mut self, block: &Block, mut packet: Packet<V, T>, sum: &mut V) {
         if let Some((rank, planes)) = self.tree.planes(packet.nest) {
             let guess = &mut self.guesses[rank as usize];
             let exit = planes.exit(packet.origin, packet.direction, packet.lanes, guess);
@@ -145,7 +145,7 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
                 before: packet.nest,
                 after: Nest::default(),
             };
-            self.arrive(block, &packet, event, sum);
+            V::apart(Arrive { walk: self, block, packet: &packet, event: &event, sum });
             return;
         }
         let near = packet.lanes & self.near(&packet);
@@ -160,10 +160,10 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         self.part(block, &packet, &crossings, sum);
     }
 
-    /// Lanes that may meet a stone: all of those inside of one, and outside those that come near a stone other
-    /// than a convex one that they have just left.
+    /// Lanes that may meet a stone: inside a stone all of them; outside those that come near a stone other than the
+    /// convex one that they have just left.
     #[inline(always)]
-    fn near(&self, packet: &Packet<V, F>) -> u16 {
+    fn near(&self, packet: &Packet<V, T>) -> u16 {
         if !packet.nest.is_empty() || self.tree.spheres.is_empty() {
             return packet.lanes;
         }
@@ -182,12 +182,12 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         near
     }
 
-    /// Parts a packet whose lanes all cross a surface into those that cross between the same media.
+    /// Divides a packet whose lanes all cross a surface into groups that cross between the same media.
     #[inline(always)]
     fn part(
         &mut self,
         block: &Block,
-        packet: &Packet<V, F>,
+        packet: &Packet<V, T>,
         crossings: &[Option<Crossing>; WIDTH],
         sum: &mut V,
     ) {
@@ -213,28 +213,21 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             lanes &= open;
             open &= !lanes;
             let event = Event { lanes, point, normal: Triple::load(&normal), distance, before, after };
-            self.arrive(block, packet, event, sum);
+            V::apart(Arrive { walk: self, block, packet, event: &event, sum });
         }
     }
 
-    /// A surface event: fades the wavelengths, splits them, and stacks the children.
+    /// A surface event: fades the wavelengths, and stacks the rays that it sends on.
     #[inline(always)]
-    fn arrive(&mut self, block: &Block, packet: &Packet<V, F>, event: Event<V>, sum: &mut V) {
-        V::apart(Arrive { walk: self, block, packet, event: &event, sum });
-    }
-
-    #[inline(always)]
-    fn split(&mut self, block: &Block, packet: &Packet<V, F>, event: &Event<V>, sum: &mut V) {
-        let Event { mut lanes, normal, before, after, .. } = *event;
+    fn arrive(&mut self, block: &Block, packet: &Packet<V, T>, event: &Event<V>, sum: &mut V) {
+        let Event { mut lanes, before, after, .. } = *event;
         let media = Interface { here: self.medium(block, before), beyond: self.medium(block, after) };
-        self.ledger.count(u64::from(lanes.count_ones()));
+        self.account.count(u64::from(lanes.count_ones()));
         let mut packet = *packet;
         if let Some(here) = media.here {
-            if here.absorbs {
-                packet.flux = packet.flux.scaled(exp2(-(V::load(&here.fade) * event.distance)));
-            }
+            here.fade(&mut packet.throughput, event.distance);
             // Inside a metal nothing travels.
-            if here.metal {
+            if here.opaque {
                 return;
             }
         }
@@ -243,33 +236,41 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
             return;
         }
         if before.is_empty() {
-            lanes = self.surviving(lanes, packet.flux.intensity());
+            lanes = self.surviving(lanes, packet.throughput.intensity());
         }
-        let Packet { direction, flux, .. } = packet;
-        let child = Packet { origin: event.point, depth: packet.depth + 1, left: None, ..packet };
+        self.send_on(&packet, event, lanes, &media);
+    }
+
+    /// Stacks the rays that an event sends on: what a metal reflects, or at an isotropic interface the reflected and the
+    /// refracted ray.
+    #[inline(always)]
+    fn send_on(&mut self, packet: &Packet<V, T>, event: &Event<V>, lanes: u16, media: &Interface<'_>) {
+        let Event { normal, before, after, .. } = *event;
+        let Packet { direction, throughput, .. } = *packet;
+        let child = Packet { origin: event.point, depth: packet.depth + 1, left: None, ..*packet };
         let cosine = normal.dot_unfused(direction);
         if media.is_opaque() {
-            let flux = flux.mirrored(direction, normal, &media.metal(cosine));
+            let throughput = throughput.mirrored(direction, normal, &media.metal(cosine));
             let direction = normal.fnma(cosine + cosine, direction).renormalized();
-            self.push(Packet { direction, flux, lanes, nest: before, ..child });
+            self.push(Packet { direction, throughput, lanes, nest: before, ..child });
             return;
         }
         let at = media.incidence(cosine);
-        let [back, on] = flux.divide(direction, normal, &at);
+        let [back, on] = throughput.split(direction, normal, &at);
         let mirrored = at.reflected(direction, normal);
-        self.push(Packet { direction: mirrored, flux: back, lanes, nest: before, ..child });
+        self.push(Packet { direction: mirrored, throughput: back, lanes, nest: before, ..child });
         let through = lanes & !at.total.bits();
         if through != 0 {
             let left = self.tree.planes(before).filter(|_| after.is_empty()).map(|(rank, _)| rank);
             let direction = at.refracted(direction, normal);
-            self.push(Packet { direction, flux: on, lanes: through, nest: after, left, ..child });
+            self.push(Packet { direction, throughput: on, lanes: through, nest: after, left, ..child });
         }
     }
 
-    /// Stacks what is worth following: inside a stone only what is above the threshold, and never nothing.
+    /// Stacks a packet without the lanes that carry nothing and, inside a stone, without those below the threshold.
     #[inline(always)]
-    fn push(&mut self, mut packet: Packet<V, F>) {
-        let intensity = packet.flux.intensity();
+    fn push(&mut self, mut packet: Packet<V, T>) {
+        let intensity = packet.throughput.intensity();
         packet.lanes &= V::splat(0.0).lt(intensity).bits();
         if !packet.nest.is_empty() {
             packet.lanes = self.surviving(packet.lanes, intensity);
@@ -279,12 +280,12 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
         }
     }
 
-    /// Those of the lanes whose intensity is worth following; what the others carry is dropped.
+    /// The lanes whose intensity is not below the threshold; what the others carry is dropped.
     #[inline(always)]
     fn surviving(&mut self, lanes: u16, intensity: V) -> u16 {
         let faint = intensity.lt(V::splat(self.tree.threshold)).bits() & lanes;
         if faint != 0 {
-            self.ledger.add(Fate::DroppedThreshold, &intensity.only(faint));
+            self.account.add(Fate::DroppedThreshold, &intensity.only(faint));
         }
         lanes & !faint
     }
@@ -294,49 +295,49 @@ impl<'a, V: Lanes, F: Flux<V>> Walk<'a, V, F> {
     fn at_limit(
         &mut self,
         block: &Block,
-        packet: &Packet<V, F>,
+        packet: &Packet<V, T>,
         event: &Event<V>,
         media: &Interface<'_>,
         sum: &mut V,
     ) {
-        let (mut direction, mut flux) = (packet.direction, packet.flux);
+        let (mut direction, mut throughput) = (packet.direction, packet.throughput);
         if self.tree.leftover == Leftover::Drop {
-            self.ledger.add(Fate::DroppedDepth, &flux.intensity().only(event.lanes));
+            self.account.add(Fate::DroppedDepth, &throughput.intensity().only(event.lanes));
             return;
         }
         let cosine = event.normal.dot(direction);
         if media.is_opaque() {
             // A metal lets nothing through: the rest leaves as the metal reflects it.
-            flux = flux.mirrored(direction, event.normal, &media.metal(cosine));
+            throughput = throughput.mirrored(direction, event.normal, &media.metal(cosine));
             direction = event.normal.fnma(cosine + cosine, direction).renormalized();
         } else if media.here.is_some() {
             let at = Interface { here: media.here, beyond: None }.incidence(cosine);
             let out = at.refracted(direction, event.normal);
             direction = Triple::select(at.total, direction, out);
         }
-        self.ledger.add(Fate::LeftAtLimit, &flux.intensity().only(event.lanes));
-        self.shine(block, [event.point, direction], flux.intensity(), event.lanes, sum);
+        self.account.add(Fate::LeftAtLimit, &throughput.intensity().only(event.lanes));
+        self.add_light(block, [event.point, direction], throughput.intensity(), event.lanes, sum);
     }
 
     /// Rays that meet nothing more.
     #[inline(always)]
-    fn leave(&mut self, block: &Block, packet: &Packet<V, F>, lanes: u16, sum: &mut V) {
+    fn leave(&mut self, block: &Block, packet: &Packet<V, T>, lanes: u16, sum: &mut V) {
         if lanes == 0 {
             return;
         }
-        self.ledger.count(u64::from(lanes.count_ones()));
-        let intensity = packet.flux.intensity();
+        self.account.count(u64::from(lanes.count_ones()));
+        let intensity = packet.throughput.intensity();
         if !packet.nest.is_empty() {
-            self.ledger.add(Fate::Lost, &intensity.only(lanes));
+            self.account.add(Fate::Lost, &intensity.only(lanes));
         }
-        self.shine(block, [packet.origin, packet.direction], intensity, lanes, sum);
+        self.add_light(block, [packet.origin, packet.direction], intensity, lanes, sum);
     }
 
     /// Adds the light that is seen along rays, origin and direction.
     #[inline(always)]
-    fn shine(&mut self, block: &Block, ray: [Triple<V>; 2], intensity: V, lanes: u16, sum: &mut V) {
+    fn add_light(&mut self, block: &Block, ray: [Triple<V>; 2], intensity: V, lanes: u16, sum: &mut V) {
         let [origin, direction] = ray;
-        let light = block.expand(Aim::new(self.light, origin, direction).colours(self.light, lanes));
+        let light = block.basis.expand(Lookup::new(self.light, origin, direction).colours(self.light, lanes));
         *sum = V::select(V::Mask::from_bits(lanes), light.fma(intensity, *sum), *sum);
     }
 

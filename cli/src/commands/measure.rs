@@ -156,9 +156,5 @@ fn parse_hinge(name: &str) -> Result<Hinge, String> {
 }
 
 fn parse_leftover(name: &str) -> Result<Leftover, String> {
-    match name {
-        "exit" => Ok(Leftover::Exit),
-        "drop" => Ok(Leftover::Drop),
-        _ => Err(spectral_core::Error::unknown("leftover", name, ["exit", "drop"]).to_string()),
-    }
+    Leftover::by_name(name).map_err(|e| e.to_string())
 }

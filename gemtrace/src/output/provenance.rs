@@ -3,7 +3,6 @@
 use serde_json::{Map, Value, json};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
-use spectral_core::settings::Leftover;
 use spectral_core::tracer::{DeviceInfo, Energy, TraceReport};
 
 /// The facts that go into every header. No dates and no times: the same picture is the same file.
@@ -80,7 +79,7 @@ pub fn settings(scene: &PreparedScene) -> Value {
         "wavelengths": s.wavelengths.nm(),
         "jitter": s.jitter && s.wavelengths.can_jitter(),
         "max_depth": s.max_depth,
-        "leftover": match s.leftover { Leftover::Exit => "exit", Leftover::Drop => "drop" },
+        "leftover": s.leftover.name(),
         "threshold": s.threshold,
         "polarized": s.polarized,
         "spectral": s.spectral,

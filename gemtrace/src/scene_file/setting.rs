@@ -6,10 +6,8 @@ use spectral_core::settings::{Leftover, Quality, RenderSettings};
 use spectral_core::wavelength::WavelengthGrid;
 use toml::de::DeValue;
 
-const LEFTOVERS: [&str; 2] = ["exit", "drop"];
-
 pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
-    let mut settings = RenderSettings::default().at(Quality::default());
+    let mut settings = RenderSettings::default();
     let Some(entry) = root.get("render") else { return Ok(settings) };
     let fields = entry.fields("[render]")?;
     if let Some(entry) = fields.get("quality") {
@@ -44,11 +42,8 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
         settings.max_depth = entry.whole("a whole number of surface events")?;
     }
     if let Some(entry) = fields.get("leftover") {
-        settings.leftover = match entry.text(&format!("one of {}", either(&LEFTOVERS)))? {
-            "exit" => Leftover::Exit,
-            "drop" => Leftover::Drop,
-            other => return Err(entry.error(spectral_core::Error::unknown("leftover", other, LEFTOVERS))),
-        };
+        let name = entry.text(&format!("one of {}", either(&Leftover::ALL.map(Leftover::name))))?;
+        settings.leftover = Leftover::by_name(name).map_err(|e| entry.error(e))?;
     }
     if let Some(entry) = fields.get("threshold") {
         settings.threshold = entry.number("a throughput from 0 up to, not including, 1")?;

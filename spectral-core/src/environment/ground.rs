@@ -1,8 +1,8 @@
-//! A level ground as far as the horizon that sends light back alike in all directions.
+//! A level, diffuse ground that reaches to the horizon.
 //!
-//! A Lambertian plane of the reflectance ρ shows the radiance ρE/π, whatever side it is seen from, where E is its
-//! irradiance: of what a ray that goes down will see, only the place is needed, and the ground is a picture of it. The
-//! picture comes from outside, like that of the lights: here it is only looked at.
+//! A Lambertian plane of reflectance ρ and irradiance E shows the radiance ρE/π in every direction. So what a ray sees
+//! depends only on where it lands, and the ground is a picture of its radiance. The caller makes that picture; here it
+//! is only looked up.
 
 use super::LatLong;
 use crate::Error;
@@ -20,6 +20,19 @@ pub struct Ground {
     step: f64,
     edge: u32,
     texels: Arc<[[f32; 3]]>,
+}
+
+/// Where the ground's picture lies, in single precision.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GroundFrame {
+    /// mm.
+    pub height: f32,
+    /// x and y of the first texel, mm.
+    pub low: [f32; 2],
+    /// Texels per mm.
+    pub per_mm: f32,
+    /// The last texel of a row, or row, that has a next one.
+    pub last: f32,
 }
 
 impl Ground {
@@ -77,19 +90,14 @@ impl Ground {
     /// Rays go down at least as steeply as this: flatter ones end beyond the picture anyway.
     pub const GRAZING: f64 = 1e-9;
 
-    /// Where the first texel lies, in x and y, mm.
-    pub fn low(&self) -> [f64; 2] {
-        self.low.to_array()
-    }
-
-    /// From texel to texel, mm.
-    pub fn step(&self) -> f64 {
-        self.step
-    }
-
-    /// Texels an edge.
-    pub fn edge(&self) -> u32 {
-        self.edge
+    /// What a backend needs to find a ray's place in the ground's picture.
+    pub fn frame(&self) -> GroundFrame {
+        GroundFrame {
+            height: self.height as f32,
+            low: self.low.to_array().map(|v| v as f32),
+            per_mm: (1.0 / self.step) as f32,
+            last: (self.edge - 2) as f32,
+        }
     }
 
     /// The same with the world's origin moved to `origin`.

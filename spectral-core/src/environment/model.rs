@@ -1,6 +1,6 @@
 //! Light models: surroundings that are a formula, by which cutters compare designs.
 //!
-//! A model gives a radiance from 0 to 1 in every direction about its zenith; a head takes away what lies behind it.
+//! A model gives a radiance from 0 to 1 in every direction about its zenith; a head hides the light behind it.
 //! Sources for each are in `docs/light-models.md`. Backends read texels, so a model is drawn as an image, each
 //! texel with the mean over its area: see [`LightModel::image`] for what that costs.
 

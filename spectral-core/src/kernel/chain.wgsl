@@ -36,14 +36,14 @@ fn chain_hit(chain: Chain) -> Hit {
 fn chain_past(result: ptr<function, Result>, line: Line, background: vec3<f32>) {
     if scene.transparent == 0u {
         (*result).rays = 1u;
-        (*result).radiance = line_expand(line, background);
+        (*result).radiance = basis_expand(line.basis, background);
     }
 }
 
 // Light that leaves.
 fn chain_leave(result: ptr<function, Result>, line: Line, origin: vec3<f32>, direction: vec3<f32>, weight: f32) {
     if weight > 0.0 {
-        (*result).radiance += line_expand(line, light_rgb(origin, direction)) * weight;
+        (*result).radiance += basis_expand(line.basis, light_rgb(origin, direction)) * weight;
     }
 }
 
@@ -56,8 +56,8 @@ fn chain_arrive(chain: ptr<function, Chain>, result: ptr<function, Result>, line
     let outward = facet_plane(hit.facet).xyz;
     let normal = select(outward, -outward, inside);
     var throughput = (*chain).throughput;
-    if inside && stone.absorption > 0.0 {
-        throughput = throughput_scaled(throughput, exp(-stone.absorption * distance));
+    if inside {
+        throughput = throughput_scaled(throughput, medium_transmittance(stone, distance));
     }
     let at_limit = (*chain).depth == scene.max_depth;
     (*chain).alive = false;
@@ -73,10 +73,11 @@ fn chain_arrive(chain: ptr<function, Chain>, result: ptr<function, Result>, line
     if inside || at_limit {
         beyond = AIR;
     }
-    let at = interface_at(direction, normal, here, beyond);
-    let shares = throughput_split(throughput, direction, normal, at.event);
+    let cos_i = -inner(normal, direction);
+    let event = medium_interface(here, beyond, cos_i);
+    let shares = throughput_split(throughput, direction, normal, event);
     let mirrored = reflected(direction, normal);
-    let onward = refracted(direction, normal, at.cos_i, at.event.cos_t, here.n / beyond.n);
+    let onward = refracted(direction, normal, cos_i, event.cos_t, here.n / beyond.n);
     // Under total reflection the refracted share is 0.
     var leaves = throughput_intensity(shares.back);
     var out = mirrored;
@@ -92,7 +93,7 @@ fn chain_arrive(chain: ptr<function, Chain>, result: ptr<function, Result>, line
     (*chain).facet = hit.facet;
     if at_limit {
         leaves = throughput_intensity(throughput);
-        out = select(onward, direction, at.event.tir || !inside);
+        out = select(onward, direction, event.tir || !inside);
         (*result).left_at_limit += leaves;
     } else {
         let stays = throughput_intensity((*chain).throughput);

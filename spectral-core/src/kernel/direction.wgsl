@@ -1,7 +1,7 @@
 // The two directions in which a ray goes on from a surface.
 //
-// In the order of the CPU backend's `Triple`, which fuses nothing here, so that both round alike: where a ray meets an
-// edge, it is rounding that decides.
+// Computed in the order of the CPU backend's `Triple`, which fuses nothing here, so that both round alike: at the edge of
+// a facet rounding decides which way a ray goes.
 
 // The inner product.
 fn inner(a: vec3<f32>, b: vec3<f32>) -> f32 {

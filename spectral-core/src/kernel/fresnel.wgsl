@@ -24,8 +24,8 @@ fn head(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) & 0xfffff000u);
 }
 
-// The number without its last bit. Shader compilers may reassociate sums and contract products; none sees
-// through this, so what it guards is computed as written.
+// The number without its last bit. Shader compilers may reassociate sums and contract products, but not across this, so
+// what it guards is computed as written.
 fn guarded(x: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(x) & 0xfffffffeu);
 }

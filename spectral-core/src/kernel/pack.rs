@@ -3,14 +3,15 @@
 use super::{
     Form,
     block::{Plane, Scene},
-    stack_places,
+    medium, stack_places,
 };
 use crate::{
     Error,
-    environment::{Environment, Ground, Source},
+    environment::{Environment, Ground, GroundFrame, Source},
     prepare::{Geometry, Nest, PreparedScene, SpectralTable},
     scene::Background,
     settings::Leftover,
+    upsample::BASES,
 };
 use glam::DVec3;
 
@@ -66,7 +67,7 @@ pub fn scene(scene: &PreparedScene) -> Scene {
     let settings = &scene.settings;
     Scene {
         light,
-        turn: (scene.environment.rotation / 360.0).rem_euclid(1.0) as f32,
+        turn: scene.environment.turn(),
         margin: rounding.margin,
         behind: rounding.behind,
         contact: rounding.contact,
@@ -120,12 +121,15 @@ fn below(environment: &Environment) -> Scene {
         Source::Uniform(_) => [1; 2],
     };
     let block = Scene { sky, ..Scene::default() };
-    let Some(ground) = environment.ground.as_deref() else { return block };
+    let Some(GroundFrame { height, low, per_mm, last }) = environment.ground.as_ref().map(|g| g.frame())
+    else {
+        return block;
+    };
     Scene {
-        ground_low: ground.low().map(|v| v as f32),
-        ground_height: ground.height as f32,
-        ground_per_mm: (1.0 / ground.step()) as f32,
-        ground_last: (ground.edge() - 2) as f32,
+        ground_low: low,
+        ground_height: height,
+        ground_per_mm: per_mm,
+        ground_last: last,
         grazing: Ground::GRAZING as f32,
         ..block
     }
@@ -148,23 +152,26 @@ pub fn planes(geometry: &Geometry) -> Vec<Plane> {
 
 /// The index of the material of the stone of each rank.
 pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
-    geometry.stone_of_rank.iter().map(|&stone| geometry.stones[stone as usize].material).collect()
+    geometry.material_of_rank()
 }
 
-/// All tables' lines one after another: for each line Smits's bases (white, cyan, magenta, yellow; red, green,
-/// blue, –), its weights (X, Y, Z, –), then each material's (n, k, absorption, –).
+/// Vectors of four numbers that a line's basis takes in the optics.
+pub(super) const BASIS_VECTORS: usize = BASES.div_ceil(4);
+
+/// All tables' lines one after another: for each line its basis, its weights (X, Y, Z, –), then the optics of each
+/// material. Each begins with a vector of its own; what is left of its last one is 0.
 pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
     let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i));
     scene.optics.tables.iter().flat_map(lines).collect()
 }
 
 fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
-    let [white, cyan, magenta, yellow, red, green, blue] = table.basis[index].map(|b| b as f32);
+    let mut vectors = vec![[0.0; 4]; BASIS_VECTORS];
+    for (slot, base) in vectors.as_flattened_mut().iter_mut().zip(table.basis[index]) {
+        *slot = base as f32;
+    }
     let [x, y, z] = table.response[index].map(|w| w as f32);
-    let mut vectors = vec![[white, cyan, magenta, yellow], [red, green, blue, 0.0], [x, y, z, 0.0]];
-    vectors.extend(table.media.iter().map(|medium| {
-        let medium = &medium[index];
-        [medium.n as f32, medium.k as f32, medium.absorption as f32, 0.0]
-    }));
+    vectors.push([x, y, z, 0.0]);
+    vectors.extend(table.media.iter().flat_map(|medium| medium::packed(&medium[index])));
     vectors
 }

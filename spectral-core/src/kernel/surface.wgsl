@@ -5,10 +5,10 @@
 //
 //     fn intersect(query: Query) -> Hit
 //
-// the first hit, in that order, with a parameter in [query.t_min, query.t_max]. Because a hit may lie a little
-// behind the start (t_min < 0), a form on hardware moves the origin back along the ray and asks for t from 0; the
-// rule judges by the query's own origin, so the rounding of the moved one does no harm. Candidates must reach the
-// rule one by one: triangles are not opaque to ray queries, and an any-hit shader ignores what is not accepted.
+// the first hit, in that order, with a parameter in [query.t_min, query.t_max]. A hit may lie a little behind the start
+// (t_min < 0). A form on hardware therefore moves the origin back along the ray and searches from t = 0; the rule uses
+// the query's own origin, so the rounding of the moved one does no harm. Candidates must reach the rule one by one:
+// triangles are not opaque to ray queries, and an any-hit shader ignores what is not accepted.
 
 @group(0) @binding(4) var<storage, read> material_of_rank: array<u32>;
 
@@ -49,7 +49,7 @@ struct Crossing {
     after: Nest,
 }
 
-// What no hit found looks like: any hit within the interval precedes it.
+// No hit: any hit within the interval precedes it.
 fn hit_none(query: Query) -> Hit {
     return Hit(query.t_max, 0u, 0xffffffffu, false);
 }
@@ -106,8 +106,8 @@ fn rescue_origin(origin: vec3<f32>, attempt: u32) -> vec3<f32> {
 
 // The nearest surface that a ray can cross, with every face of another stone that lies on it.
 //
-// One loop asks all questions, so that `intersect`, which is long, stands in the program once: first for the surface,
-// again from beside where it must exist and is missed, then for contacts until there are no more.
+// One loop does all queries, so that `intersect`, which is long, is in the program once: first for the surface, again from
+// beside where the surface must exist but is missed, then for contacts until there are no more.
 fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest, start: u32) -> Crossing {
     var query = Query(origin, start, direction, -scene.behind, LARGEST, nest, false, vec3(0.0), Nest(0u));
     var crossing = Crossing(false, 0.0, start, vec3(0.0), nest, nest);
@@ -144,7 +144,7 @@ fn surfaces_nearest(origin: vec3<f32>, direction: vec3<f32>, nest: Nest, start: 
     return crossing;
 }
 
-// What tells two media apart: the material's index plus one, or 0 for air.
+// The material that fills the space: its index plus one, or 0 for air.
 fn surfaces_optics(nest: Nest) -> u32 {
     if nest_is_empty(nest) {
         return 0u;

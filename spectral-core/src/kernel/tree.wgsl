@@ -6,8 +6,8 @@
 // suffice for any threshold down to 2^(1 − STACK) however deep the path. The same rays are followed, in another
 // order.
 
-// What a step leaves to do: light that reaches the eye, and the ray to go on with. Collected, so that what is long
-// (the look-up of light, the stack) stands in the program once and is done by all invocations together.
+// What a step leads to: light that reaches the eye, and the ray to go on with. It is collected, so that the long parts
+// (the look-up of light, the stack) are in the program once and all invocations run them together.
 struct Outcome {
     // Weight of the radiance from a direction; 0 for none.
     weight: f32,
@@ -53,7 +53,7 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
         if (*walk).result.covered != 0u {
             rgb = light_rgb(outcome.origin, outcome.direction);
         }
-        (*walk).result.radiance += line_expand(line, rgb) * outcome.weight;
+        (*walk).result.radiance += basis_expand(line.basis, rgb) * outcome.weight;
     }
     if outcome.waits {
         walk_push(walk, item, outcome.waiting);
@@ -74,12 +74,10 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     let here = tree_medium(crossing.before, line);
     let beyond = tree_medium(crossing.after, line);
     // Inside a metal nothing travels.
-    if here.k > 0.0 {
+    if medium_is_opaque(here) {
         return;
     }
-    if here.absorption > 0.0 {
-        ray.throughput = throughput_scaled(ray.throughput, exp(-here.absorption * crossing.distance));
-    }
+    ray.throughput = throughput_scaled(ray.throughput, medium_transmittance(here, crossing.distance));
     let intensity = throughput_intensity(ray.throughput);
     let at_limit = ray.depth == scene.max_depth;
     if at_limit && scene.leave_at_limit == 0u {
@@ -92,23 +90,25 @@ fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcom
     }
     // At the limit a ray leaves into air, unless a metal lets nothing through.
     var other = beyond;
-    if at_limit && beyond.k == 0.0 {
+    if at_limit && !medium_is_opaque(beyond) {
         other = AIR;
     }
     let normal = crossing.normal;
-    let at = interface_at(ray.direction, normal, here, other);
-    let shares = throughput_split(ray.throughput, ray.direction, normal, at.event);
+    let cos_i = -inner(normal, ray.direction);
+    let event = medium_interface(here, other, cos_i);
+    let opaque = medium_is_opaque(other);
+    let shares = throughput_split(ray.throughput, ray.direction, normal, event);
     let origin = ray.direction * crossing.distance + ray.origin;
     let depth = ray.depth + 1u;
     let mirrored = reflected(ray.direction, normal);
-    let onward = refracted(ray.direction, normal, at.cos_i, at.event.cos_t, here.n / other.n);
+    let onward = refracted(ray.direction, normal, cos_i, event.cos_t, here.n / other.n);
     if at_limit {
         (*outcome).origin = origin;
-        walk_at_limit(walk, ray, crossing, other.k > 0.0, at.event.tir, shares.back, mirrored, onward, outcome);
+        walk_at_limit(walk, ray, crossing, opaque, event.tir, shares.back, mirrored, onward, outcome);
         return;
     }
     // The second child is absent under total reflection and at metals.
-    let through = !at.event.tir && other.k == 0.0;
+    let through = !event.tir && !opaque;
     let back = Ray(origin, depth, mirrored, shares.back, crossing.before, crossing.facet);
     let on = Ray(origin, depth, onward, shares.on, crossing.after, crossing.facet);
     let back_goes_on = walk_worthwhile(walk, back);

@@ -63,8 +63,8 @@ const FILES: [(&str, &str); 33] = files![
 ];
 
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
-    // The files are part of the program: `every_file_of_the_catalogue_parses` tells in the tests if one does
-    // not, and here it is left out.
+    // The files are part of the program. `every_file_of_the_catalogue_parses` checks them; one that does not parse is
+    // left out here.
     Catalogue { entries: FILES.iter().filter_map(|(name, text)| parse(name, text).ok()).collect() }
 });
 

@@ -12,7 +12,7 @@ use crate::{Error, Warning};
 /// A `[material.NAME]` table. Unknown keys are errors.
 ///
 /// The index comes from exactly one of `index`, `cauchy`, `measured`, `sellmeier`, `pole`, `index_table`,
-/// `conductor` and `like`; with `like`, another of them may stand beside it and replaces that part.
+/// `conductor` and `like`; with `like`, another of them may be given too and replaces that part.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaterialSpec {
@@ -184,15 +184,9 @@ impl MaterialSpec {
         let sources = base.map_or(Vec::new(), |b| {
             b.sources.iter().filter(|source| taken_over(&source.figure)).cloned().collect()
         });
-        let material = Material {
-            name: name.to_owned(),
-            kind,
-            density: self.density.or(base.and_then(|b| b.density)),
-            ray: base.map_or(String::new(), |b| b.ray.clone()),
-            notes: base.map_or(Vec::new(), |b| b.notes.clone()),
-            sources,
-        };
-        Ok((material, warnings))
+        let base = base.cloned().unwrap_or_else(|| Material::new(name, kind.clone()));
+        let density = self.density.or(base.density);
+        Ok((Material { name: name.to_owned(), kind, density, sources, ..base }, warnings))
     }
 
     /// The keys given that say what the index is, but for `like`.
@@ -265,7 +259,7 @@ impl MaterialSpec {
         Ok((kind, warnings))
     }
 
-    /// The dispersion that is given, if any; its coefficients are checked at one wavelength's worth only.
+    /// The dispersion that is given, if any. [`Material::check`] checks it over a range.
     fn dispersion(&self) -> Result<Option<(Dispersion, Vec<Warning>)>, Error> {
         if let Some(measured) = &self.measured {
             return Dispersion::fit(measured).map(Some);

@@ -45,10 +45,10 @@ pub struct PreparedStone {
 }
 
 impl PreparedStone {
-    /// The most facets of a stone that is met by its planes, one by one, rather than through a hierarchy.
+    /// Stones with more facets are intersected through a hierarchy, not plane by plane.
     pub const MOST_PLANES: u32 = 1024;
 
-    /// Whether it is convex and of few enough facets to be met by their planes.
+    /// Whether it is convex, with few enough facets to be intersected plane by plane.
     pub fn has_few_planes(&self) -> bool {
         self.convex && self.facets.len() <= Self::MOST_PLANES as usize
     }
@@ -182,6 +182,21 @@ impl Geometry {
         self.stones.iter().enumerate().any(|(i, a)| self.stones[..i].iter().any(|b| !apart(a, b)))
     }
 
+    /// A stone's facets.
+    pub fn facets_of(&self, stone: &PreparedStone) -> &[FacetPlane] {
+        &self.facets[stone.facets.start as usize..stone.facets.end as usize]
+    }
+
+    /// A stone's triangles.
+    pub fn triangles_of(&self, stone: &PreparedStone) -> &[[u32; 3]] {
+        &self.triangles[stone.triangles.start as usize..stone.triangles.end as usize]
+    }
+
+    /// The index of the material of the stone of each rank.
+    pub fn material_of_rank(&self) -> Vec<u32> {
+        (0..).zip(&self.stone_of_rank).map(|(rank, _)| self.stone(rank).material).collect()
+    }
+
     /// The stone of a rank.
     pub fn stone(&self, rank: Rank) -> &PreparedStone {
         &self.stones[self.stone_of_rank[rank as usize] as usize]
@@ -199,18 +214,17 @@ impl Geometry {
         if (stone.low - point).max_element() > 0.0 || (point - stone.high).max_element() > 0.0 {
             return 0.0;
         }
-        let triangles = &self.triangles[stone.triangles.start as usize..stone.triangles.end as usize];
         let solid_angle = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|v| self.positions[v as usize] - point);
             let (la, lb, lc) = (a.length(), b.length(), c.length());
             let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
             2.0 * a.dot(b.cross(c)).atan2(below)
         };
-        triangles.iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+        self.triangles_of(stone).iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 }
 
-/// A stone and where it stands. The placed mesh itself is never made: large ones are held once too often as it is.
+/// A stone and where it stands. The placed mesh is not made: a large one would take its memory twice.
 struct Placed<'a> {
     stone: &'a Stone,
     placement: Placement,

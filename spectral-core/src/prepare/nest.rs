@@ -25,7 +25,7 @@ pub struct Nest {
 }
 
 impl Nest {
-    /// How many stones may overlap at one point; of more, the lowest ranks are forgotten.
+    /// The most stones that may overlap at one point; of more, those of the lowest ranks are ignored.
     pub const CAPACITY: usize = 6;
 
     /// The ranks in descending order.

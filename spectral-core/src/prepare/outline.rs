@@ -1,9 +1,9 @@
 //! What bounds the polygon of each facet of a convex stone, for backends that guess a facet and verify the guess.
 //!
 //! Where a ray inside a convex solid meets the plane of a facet inside that facet's polygon, it leaves there: the
-//! polygon is part of the surface. So one facet can be believed without asking all others. It is believed only where
-//! the point is inside by [`Rounding::margin`](super::Rounding::margin) of every side, which covers the rounding of
-//! this test and of a search among all planes; so a facet that is believed is the one that a search finds.
+//! polygon is part of the surface. So one facet can be accepted without a test of the others. It is accepted only where
+//! the point is inside every side by [`Rounding::margin`](super::Rounding::margin), which covers the rounding of this
+//! test and of a search through all planes. So an accepted facet is the one that a search finds.
 
 use super::{Geometry, PreparedStone};
 use std::collections::HashMap;
@@ -53,7 +53,7 @@ impl Geometry {
     /// ```
     pub fn outlines(&self, stone: &PreparedStone) -> Vec<Outline> {
         let margin = self.rounding().margin;
-        let facets = &self.facets[stone.facets.start as usize..stone.facets.end as usize];
+        let facets = self.facets_of(stone);
         let side = |facet: &u32| {
             let plane = &facets[*facet as usize];
             Side { normal: plane.normal.as_vec3().to_array(), offset: plane.offset as f32 - margin }
@@ -64,7 +64,7 @@ impl Geometry {
 
     /// For each facet of a stone, in ascending order, the facets that bound its polygon.
     fn adjacent(&self, stone: &PreparedStone) -> Vec<Vec<u32>> {
-        let facets = &self.facets[stone.facets.start as usize..stone.facets.end as usize];
+        let facets = self.facets_of(stone);
         let mut corners: HashMap<u32, Vec<u32>> = HashMap::new();
         let mut edges = HashMap::new();
         for t in stone.triangles.start as usize..stone.triangles.end as usize {

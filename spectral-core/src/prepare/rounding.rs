@@ -69,8 +69,7 @@ impl Geometry {
     /// Between which planes a ray is inside a convex stone.
     pub fn span(&self, stone: &PreparedStone, ray: &CameraRay) -> Span {
         let mut span = Span { near: 0.0, first: usize::MAX, far: f64::INFINITY, last: usize::MAX };
-        let facets = &self.facets[stone.facets.start as usize..stone.facets.end as usize];
-        for (index, plane) in facets.iter().enumerate() {
+        for (index, plane) in self.facets_of(stone).iter().enumerate() {
             let towards = plane.normal.dot(ray.direction);
             let gap = plane.offset - plane.normal.dot(ray.origin);
             if towards < 0.0 {

@@ -1,6 +1,6 @@
 //! The optics of a scene by wavelength: one table a wavelength grid.
 
-use super::geometry::material_indices;
+use super::{Medium, geometry::material_indices};
 use crate::{
     Error, Warning,
     cie::Illuminant,
@@ -9,21 +9,10 @@ use crate::{
     material::Material,
     scene::{Scene, Stone},
     settings::RenderSettings,
-    upsample::Upsampler,
+    upsample::{BASES, Upsampler},
     wavelength::WavelengthGrid,
 };
 use std::sync::Arc;
-
-/// The optics of a material at one wavelength.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Medium {
-    /// Index of refraction (real part).
-    pub n: f64,
-    /// Extinction coefficient, the index's imaginary part; above 0 for metals only.
-    pub k: f64,
-    /// Napierian absorption coefficient, 1/mm; 0 for metals, in which nothing is followed.
-    pub absorption: f64,
-}
 
 /// All that transport asks of a wavelength grid. Every array runs over the grid's wavelengths, ascending.
 #[derive(Debug, Clone, PartialEq)]
@@ -32,19 +21,18 @@ pub struct SpectralTable {
     pub wavelengths: Vec<f64>,
     /// Weights in X, Y and Z: the pixel is Σ response × radiance.
     pub response: Vec<[f64; 3]>,
-    /// Radiance of Smits's seven bases (order of [`smits::COLORS`](crate::upsample::smits::COLORS)) under
-    /// the environment's illuminant, its scale included.
-    pub basis: Vec<[f64; 7]>,
+    /// Radiance of the [`Upsampler`]'s bases under the environment's illuminant, its scale included.
+    pub basis: Vec<[f64; BASES]>,
     /// For each distinct material, in order of first use.
     pub media: Vec<Vec<Medium>>,
 }
 
-/// The most distinct wavelength grids: beyond, the offsets repeat, which then lie about 1/256 of a cell from each other.
+/// The most distinct wavelength grids. With more samples their offsets repeat; these lie about 1/256 of a cell apart.
 const MOST_GRIDS: u32 = 256;
 
-/// The same for the offsets of the [`lattice`](crate::lattice), a power of its base: beyond, three or nine lattices of so
-/// many points lie beside each other in the pixel, at the same offsets. The error of 729 samples of a diamond is 3 % larger
-/// than with as many grids, which take longer to make than that is worth.
+/// The same for the offsets of the [`lattice`](crate::lattice): a power of its base, so that with more samples three or
+/// nine lattices share the offsets. The error of 729 samples of a diamond is 3 % larger than with 729 grids, which take
+/// more time to make than that gains.
 const MOST_GRIDS_ON_LATTICE: u32 = 243;
 
 /// The optics of a scene.
@@ -171,16 +159,5 @@ impl SpectralTable {
         let media =
             materials.iter().map(|m| wavelengths.iter().map(|&nm| Medium::new(m, nm)).collect()).collect();
         SpectralTable { response: grid.response.xyz().to_vec(), basis, media, wavelengths }
-    }
-}
-
-impl Medium {
-    fn new(material: &Material, nm: f64) -> Self {
-        let metal = material.is_conductor();
-        Medium {
-            n: material.index(nm),
-            k: material.extinction(nm),
-            absorption: if metal { 0.0 } else { material.absorption(nm) },
-        }
     }
 }

@@ -10,6 +10,7 @@ use spectral_core::mesh::Mesh;
 use spectral_core::scene::{Background, Scene, Stone};
 use spectral_core::settings::RenderSettings;
 use spectral_core::shape::ShapeSpec;
+use spectral_core::wavelength::WavelengthGrid;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -51,7 +52,10 @@ fn scene(material: &Material, mesh: &Arc<Mesh>) -> LoadedScene {
     let scene = Scene { width: EDGE, height: EDGE, background, ..Scene::in_studio(vec![stone]) };
     LoadedScene {
         scene,
-        settings: RenderSettings::default(),
+        settings: RenderSettings {
+            wavelengths: WavelengthGrid::default(),
+            ..RenderSettings::default().with_samples(16)
+        },
         backdrop: None,
         warnings: Vec::new(),
         hash: String::new(),

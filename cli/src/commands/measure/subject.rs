@@ -119,6 +119,5 @@ fn material(text: &str) -> Result<Material, Error> {
 fn glass(index: f64) -> Material {
     let kind =
         Kind::Dielectric { dispersion: Dispersion::Constant(index), absorption: Absorption::default() };
-    let (notes, sources) = (Vec::new(), Vec::new());
-    Material { name: format!("n = {index}"), kind, density: None, ray: String::new(), notes, sources }
+    Material::new(format!("n = {index}"), kind)
 }

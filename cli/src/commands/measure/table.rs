@@ -6,7 +6,6 @@ use gemtrace::measure::{Conditions, Figures, Hinge, Position};
 use gemtrace::plot::{Line, Panel, svg_over};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
-use spectral_core::settings::Leftover;
 
 /// The columns' names; every position has the same.
 fn names(conditions: &Conditions, positions: &[Position]) -> Vec<&'static str> {
@@ -102,7 +101,7 @@ pub(super) fn json(subject: &Subject, conditions: &Conditions, positions: &[Posi
             "about": if conditions.hinge == Hinge::X { "x" } else { "y" },
             "wavelengths_nm": settings.wavelengths.nm(),
             "max_depth": settings.max_depth,
-            "leftover": if settings.leftover == Leftover::Exit { "exit" } else { "drop" },
+            "leftover": settings.leftover.name(),
             "threshold": settings.threshold,
             "polarized": settings.polarized,
         },

@@ -8,9 +8,9 @@ use std::f64::consts::{PI, TAU};
 const COLUMNS: u32 = 8;
 const WIDTH: u32 = 2048;
 const HEIGHT: u32 = 1024;
-/// Points an edge of a texel that something changes in.
+/// Points along the edge of a texel in which the light changes.
 const FINE: u32 = 12;
-/// Texels whose corners and centre differ by more than this are looked at again, finely.
+/// Texels whose corners and centre differ by more than this are sampled again, finely.
 const CHANGE: f64 = 0.02;
 
 /// Rows of uniform texels, each with the mean over its ring.
@@ -46,7 +46,7 @@ fn zone(model: &LightModel, top: f64, bottom: f64, edges: &[f64]) -> [f64; 3] {
     mean
 }
 
-/// Texels of their own, each with the mean over its area where something changes in it, else with its centre's colour.
+/// An image of texels, each with the mean over its area where the light changes in it, else with its centre's colour.
 pub(super) fn texels(model: &LightModel) -> LatLong {
     let spots = model.pattern.spots();
     let at = |x: f64, y: f64| {

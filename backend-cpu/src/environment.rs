@@ -1,12 +1,37 @@
-//! The environment for sixteen directions at a time: the twin of `spectral_core::environment`.
+//! The environment in single precision, for sixteen rays at a time: the twin of `spectral_core::environment`.
 
-use crate::light::{Ground, Light};
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, turns};
-use spectral_core::environment::{self, LatLong};
+use spectral_core::environment::{Environment, Ground, GroundFrame, LatLong, Source};
+use std::sync::Arc;
 
-/// Where directions fall on the image.
+/// The environment; illuminant and scale are in the spectral lines' bases already.
+#[derive(Debug, Clone)]
+pub(crate) enum Light {
+    Uniform([f32; 3]),
+    /// An image and its rotation, in turns.
+    Image {
+        image: Arc<LatLong>,
+        turn: f32,
+        ground: Option<GroundFrame>,
+    },
+}
+
+impl Light {
+    pub fn new(environment: &Environment) -> Self {
+        match &environment.source {
+            Source::Uniform(rgb) => Light::Uniform(rgb.map(|c| c as f32)),
+            Source::Image(image) => Light::Image {
+                image: image.clone(),
+                turn: environment.turn(),
+                ground: environment.ground.as_ref().map(|ground| ground.frame()),
+            },
+        }
+    }
+}
+
+/// Where the texels lie that rays see.
 #[derive(Clone, Copy)]
-pub(crate) struct Aim<V> {
+pub(crate) struct Lookup<V> {
     column: V,
     row: V,
     /// Shares of the next column and of the next row.
@@ -16,12 +41,12 @@ pub(crate) struct Aim<V> {
     inner: u16,
 }
 
-impl<V: Lanes> Aim<V> {
+impl<V: Lanes> Lookup<V> {
     /// Nowhere in particular.
     #[inline(always)]
     pub fn nowhere() -> Self {
         let zero = V::splat(0.0);
-        Aim { column: zero, row: zero, across: zero, down: zero, inner: 0 }
+        Lookup { column: zero, row: zero, across: zero, down: zero, inner: 0 }
     }
 
     /// For rays that leave the stones: their origins and unit directions.
@@ -31,7 +56,7 @@ impl<V: Lanes> Aim<V> {
         let sky = Self::sky(image, *turn, direction);
         match ground {
             None => sky,
-            Some(ground) => sky.or_ground(ground, origin, direction),
+            Some(ground) => sky.or_ground(ground, image.sky()[1] as f32, origin, direction),
         }
     }
 
@@ -49,33 +74,34 @@ impl<V: Lanes> Aim<V> {
         // Eight numbers are read from the first texel on, of which six are wanted.
         let inner = !column.lt(zero) & column.lt(V::splat(width - 2.5)) & row.lt(V::splat(height - 1.5));
         let column = V::select(column.lt(zero), V::splat(width - 1.0), column).min(V::splat(width - 1.0));
-        Aim { column, row, across, down, inner: inner.bits() }
+        Lookup { column, row, across, down, inner: inner.bits() }
     }
 
-    /// Where a ray goes down it sees the ground: the twin of `environment/ground.rs`.
+    /// A ray that goes down sees the ground, whose picture begins in the row `first`: the twin of
+    /// `environment/ground.rs`.
     #[inline(always)]
-    fn or_ground(self, ground: &Ground, origin: Triple<V>, direction: Triple<V>) -> Self {
+    fn or_ground(self, ground: &GroundFrame, first: f32, origin: Triple<V>, direction: Triple<V>) -> Self {
         let zero = V::splat(0.0);
         let falling = direction.z.lt(zero);
-        let slope = (-direction.z).max(V::splat(environment::Ground::GRAZING as f32));
+        let slope = (-direction.z).max(V::splat(Ground::GRAZING as f32));
         let along = (origin.z - V::splat(ground.height)) / slope;
         let x = Self::place(origin.x, direction.x, along, ground.low[0], ground);
         let y = Self::place(origin.y, direction.y, along, ground.low[1], ground);
         let last = V::splat(ground.last);
         let (column, row) = (x.floor().min(last), y.floor().min(last));
-        Aim {
+        Lookup {
             column: V::select(falling, column, self.column),
-            row: V::select(falling, row + V::splat(ground.row), self.row),
+            row: V::select(falling, row + V::splat(first), self.row),
             across: V::select(falling, x - column, self.across),
             down: V::select(falling, y - row, self.down),
             inner: self.inner | falling.bits(),
         }
     }
 
-    /// Where on the ground's picture, texels, a ray is after the way `along`. A function, since a closure would be
-    /// compiled for no instruction set in particular, and called.
+    /// Where on the ground's picture, in texels, a ray is after the distance `along`. No closure: it would be compiled
+    /// without the instruction set, and called.
     #[inline(always)]
-    fn place(origin: V, direction: V, along: V, low: f32, ground: &Ground) -> V {
+    fn place(origin: V, direction: V, along: V, low: f32, ground: &GroundFrame) -> V {
         let place = (direction.fma(along, origin) - V::splat(low)) * V::splat(ground.per_mm);
         place.max(V::splat(0.0)).min(V::splat(ground.last + 1.0))
     }
@@ -92,7 +118,7 @@ impl<V: Lanes> Aim<V> {
         let down = self.down.stored();
         if inner != 0 {
             let pitch = 3 * image.width();
-            // The others read the image's first texels, which are there: some lane's are further on.
+            // The other lanes read the image's first texels.
             let offsets = V::offsets(V::Mask::from_bits(inner), self.row, self.column, pitch);
             let texels = image.texels().as_flattened();
             let [x, y, z] = V::bilinear(texels, &offsets, pitch, self.across, &down);
@@ -108,7 +134,7 @@ impl<V: Lanes> Aim<V> {
     }
 }
 
-/// Lanes whose next texel is the row's first, or which are near the image's end: at most a few in a thousand.
+/// Colours of lanes whose next texel is the first of the row, or that are near the image's end: a few in a thousand.
 #[cold]
 #[inline(never)]
 fn at_the_edge(
@@ -139,7 +165,6 @@ mod tests {
     use super::*;
     use accel::{Instructions, Task};
     use glam::DVec3;
-    use spectral_core::environment::Environment;
 
     struct Look<'a>(&'a Light, [Row; 3]);
 
@@ -148,7 +173,7 @@ mod tests {
 
         #[inline(always)]
         fn run<V: Lanes>(self) -> [Row; 3] {
-            Aim::<V>::new(self.0, Triple::splat([0.0; 3]), Triple::load(&self.1))
+            Lookup::<V>::new(self.0, Triple::splat([0.0; 3]), Triple::load(&self.1))
                 .colours(self.0, 0xffff)
                 .stored()
         }
