@@ -45,7 +45,7 @@ fi
 command -v valgrind >/dev/null 2>&1 && export REQUIRE_VALGRIND=1
 
 # The maths half must stand without the rendering half.
-cargo check --release --package spectral-core --no-default-features
+cargo check --release --package gemtrace-core --no-default-features
 # A backend without a device is a failure here, not a skip. `vulkan` alone is met by any Vulkan device; the software
 # device above has all three forms of intersection, which a GPU need not have, so each is demanded by name as well.
 forms=vulkan/ray-query,vulkan/ray-tracing-pipeline,vulkan/software

@@ -1,4 +1,4 @@
-//! Building and traversing: `cargo bench -p accel`.
+//! Building and traversing: `cargo bench -p gemtrace-accel`.
 
 use std::hint::black_box;
 use std::time::Duration;

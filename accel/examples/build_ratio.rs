@@ -1,5 +1,5 @@
 //! Build times against `obvhs`'s builds with pre-splitting, in one run:
-//! `cargo run --release -p accel --example build_ratio [-- TRIANGLES]`.
+//! `cargo run --release -p gemtrace-accel --example build_ratio [-- TRIANGLES]`.
 
 use std::time::{Duration, Instant};
 

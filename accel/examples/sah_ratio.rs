@@ -1,5 +1,5 @@
 //! Cost by the surface area heuristic against `obvhs`'s best build, on meshes of several kinds:
-//! `cargo run --release -p accel --example sah_ratio`.
+//! `cargo run --release -p gemtrace-accel --example sah_ratio`.
 
 use std::time::{Duration, Instant};
 

@@ -1,4 +1,4 @@
-//! Small pictures, in rays: `cargo bench -p backend-cpu`.
+//! Small pictures, in rays: `cargo bench -p gemtrace-cpu`.
 //!
 //! One convex stone is a chain of surfaces against facet planes; two stones and a non-convex one are trees of rays
 //! through the hierarchy.

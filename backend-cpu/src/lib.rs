@@ -8,6 +8,8 @@
 //!
 //! Both give the same bits for any number of threads and any tile size.
 
+#![forbid(unsafe_code)]
+
 mod account;
 mod basis;
 mod block;

@@ -1,5 +1,5 @@
 //! A picture of one convex stone, in rays, on every device by its planes, in every form of guessing, and in every form of
-//! intersection: `cargo bench -p backend-vulkan`.
+//! intersection: `cargo bench -p gemtrace-vulkan`.
 
 use backend_vulkan::{Intersection, guessing};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};

@@ -1,4 +1,4 @@
-//! A picture of one convex stone, in rays, on every device in every form of guessing: `cargo bench -p backend-wgpu`.
+//! A picture of one convex stone, in rays, on every device in every form of guessing: `cargo bench -p gemtrace-wgpu`.
 //!
 //! `guessing nothing` compares all planes; the others are what it is to be compared with. To choose between them on a GPU,
 //! run this there.

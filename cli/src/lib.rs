@@ -4,6 +4,8 @@
 //! that everything but parsing can be called and tested without a process. All that is no command line is the
 //! library, the package `gemtrace`.
 
+#![forbid(unsafe_code)]
+
 mod arguments;
 pub mod commands;
 pub mod progress;

@@ -1,5 +1,7 @@
 //! The entry point of `gemtrace`.
 
+#![forbid(unsafe_code)]
+
 use clap::Parser as _;
 use gemtrace_cli::{commands, progress::Interrupt};
 use std::process::ExitCode;

@@ -12,6 +12,8 @@
 //!
 //! Each backend is a feature of this package: `cpu`, `wgpu`, `vulkan`; all are on by default.
 
+#![forbid(unsafe_code)]
+
 pub mod batch;
 mod error;
 pub mod import;

@@ -1,4 +1,4 @@
-//! What a surface, a curve and a colour cost: `cargo bench -p spectral-core --bench maths`.
+//! What a surface, a curve and a colour cost: `cargo bench -p gemtrace-core --bench maths`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use spectral_core::{

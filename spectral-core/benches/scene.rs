@@ -1,4 +1,4 @@
-//! What it takes before the first ray, and where the last one ends: `cargo bench -p spectral-core --bench scene`.
+//! What it takes before the first ray, and where the last one ends: `cargo bench -p gemtrace-core --bench scene`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;

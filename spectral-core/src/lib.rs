@@ -66,6 +66,7 @@
 //! exp(i(k·r − ωt)).
 //!
 #![cfg_attr(feature = "render", doc = include_str!("rendering.md"))]
+#![forbid(unsafe_code)]
 
 pub mod absorption;
 pub mod cie;

@@ -3,6 +3,8 @@
 //!
 //! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
 
+#![forbid(unsafe_code)]
+
 pub mod agreement;
 pub mod compare;
 pub mod device;
