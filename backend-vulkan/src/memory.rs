@@ -202,18 +202,18 @@ impl Buffer {
         Ok(())
     }
 
-    /// `count` values from byte `start` on, of a buffer of the host's.
-    pub fn read<T: Pod>(&self, start: u64, count: usize) -> Result<Vec<T>, Error> {
-        let mut values = vec![T::zeroed(); count];
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
-        debug_assert!(start + bytes.len() as u64 <= self.bytes);
+    /// Puts `bytes` bytes from byte `start` on, of a buffer of the host's, in place of values.
+    pub fn read<T: Pod>(&self, start: u64, bytes: u64, values: &mut Vec<T>) -> Result<(), Error> {
+        assert!(start + bytes <= self.bytes);
+        values.resize(bytes as usize / size_of::<T>(), T::zeroed());
+        let into: &mut [u8] = bytemuck::cast_slice_mut(values);
         let at = self.map()?;
         // SAFETY: idle; the mapping is of the whole buffer, within which the values lie.
         unsafe {
-            bytes.as_mut_ptr().copy_from_nonoverlapping(at.add(start as usize), bytes.len());
+            into.as_mut_ptr().copy_from_nonoverlapping(at.add(start as usize), into.len());
             self.memory.gpu.device.unmap_memory(self.memory.handle);
         }
-        Ok(values)
+        Ok(())
     }
 
     fn map(&self) -> Result<*mut u8, Error> {

@@ -12,7 +12,7 @@ use bytemuck::{bytes_of, cast_slice};
 use spectral_core::{
     Error,
     kernel::{
-        block::{Batch, Seen},
+        block::Batch,
         facets::Guess,
         plan::{self, Part, Plan},
         schedule::{COMPILE_DEADLINE, Finished, Job, KernelTracer, Launch},
@@ -126,9 +126,8 @@ struct Slot {
     batch: Batch,
 }
 
-/// What the host uploads with a batch, but for its constants, and what comes back.
+/// What the host uploads with a batch, but for its constants.
 const UPLOADED: [Part; 3] = [Part::Pixels, Part::Sums, Part::Radiances];
-const READ: [Part; 2] = [Part::Seen, Part::Radiances];
 
 impl Slot {
     fn all(gpu: &Arc<Gpu>, kernel: &Kernel, plan: &Plan, shaders: &mut Shaders) -> Result<Vec<Self>, Error> {
@@ -147,24 +146,18 @@ impl Slot {
             for stage in plan::Stage::ALL {
                 stages.push(kernel.stage(gpu, stage, &parts, shaders)?);
             }
-            let sum = |list: &[Part]| list.iter().map(|part| plan.bytes(*part)).sum();
+            let uploaded = UPLOADED.iter().map(|part| plan.bytes(*part)).sum();
+            let read = plan.returned(plan.pixels).iter().map(|(_, bytes)| bytes).sum();
             slots.push(Slot {
                 submission: Submission::new(gpu)?,
                 stages,
                 parts,
-                upload: Buffer::host(gpu, "the upload", sum(&UPLOADED))?,
-                readback: Buffer::host(gpu, "the read-back", sum(&READ))?,
+                upload: Buffer::host(gpu, "the upload", uploaded)?,
+                readback: Buffer::host(gpu, "the read-back", read)?,
                 batch: Batch::default(),
             });
         }
         Ok(slots)
-    }
-
-    /// Bytes of the pixels and of the radiances that the batch gives back.
-    fn read_bytes(&self, plan: &Plan) -> [u64; 2] {
-        let pixels = u64::from(self.batch.pixels);
-        let radiances = if plan.spectral { pixels * u64::from(plan.lines) * 4 } else { 0 };
-        [pixels * size_of::<Seen>() as u64, radiances]
     }
 }
 
@@ -190,7 +183,6 @@ impl Launch for VulkanLaunch {
         slot.batch = job.batch;
         let contents: [&[u8]; 3] = [cast_slice(job.pixels), cast_slice(job.sums), cast_slice(job.radiances)];
         slot.upload.write(&contents)?;
-        let [seen, radiances] = slot.read_bytes(plan);
         let Slot { submission, stages, parts, upload, readback, .. } = slot;
         submission.send(|commands| {
             let mut start = 0;
@@ -205,24 +197,25 @@ impl Launch for VulkanLaunch {
                     bound.dispatch(commands, stage.invocations(&job.batch, plan.lines));
                 }
             }
-            readback.copy_from(commands, &parts[Part::Seen as usize], 0, 0, seen);
-            if radiances > 0 {
-                readback.copy_from(commands, &parts[Part::Radiances as usize], 0, seen, radiances);
+            let mut end = 0;
+            for (part, bytes) in plan.returned(job.batch.pixels).into_iter().filter(|(_, bytes)| *bytes > 0) {
+                readback.copy_from(commands, &parts[part as usize], 0, end, bytes);
+                end += bytes;
             }
             barrier(gpu, commands);
         })
     }
 
-    fn poll(&mut self, slot: usize, patience: Duration) -> Result<Option<Finished>, Error> {
+    fn poll(&mut self, slot: usize, patience: Duration, finished: &mut Finished) -> Result<bool, Error> {
         let slot = &mut self.slots[slot];
         if !slot.submission.wait(patience)? {
-            return Ok(None);
+            return Ok(false);
         }
-        let [seen, radiances] = slot.read_bytes(&self.plan);
-        Ok(Some(Finished {
-            seen: slot.readback.read(0, slot.batch.pixels as usize)?,
-            radiances: slot.readback.read(seen, radiances as usize / size_of::<f32>())?,
-        }))
+        let [sums, tallies, radiances] = self.plan.returned(slot.batch.pixels).map(|(_, bytes)| bytes);
+        slot.readback.read(0, sums, &mut finished.sums)?;
+        slot.readback.read(sums, tallies, &mut finished.tallies)?;
+        slot.readback.read(sums + tallies, radiances, &mut finished.radiances)?;
+        Ok(true)
     }
 
     fn abandon(&mut self) {

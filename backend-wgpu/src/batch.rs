@@ -1,11 +1,11 @@
 //! Batches on the device: what they read and write, and what is under way.
 
 use crate::{device::Gpu, pipeline::Kernel};
-use bytemuck::{bytes_of, cast_slice, pod_collect_to_vec};
+use bytemuck::{bytes_of, cast_slice};
 use spectral_core::{
     Error,
     kernel::{
-        block::{Batch, Seen},
+        block::Batch,
         plan::{Part, Plan, Stage, workgroups},
         schedule::{COMPILE_DEADLINE, Finished, HEARTBEAT, Job, overdue},
     },
@@ -88,17 +88,14 @@ impl Batches {
         }
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         slot.encode(kernel, &mut encoder, &job.batch, plan.lines);
-        let [seen, radiances] = slot.read_bytes(plan);
-        let mut copy = |part: Part, to, bytes| {
-            encoder.copy_buffer_to_buffer(&slot.parts[part as usize], 0, &slot.readback, to, bytes);
-        };
-        copy(Part::Seen, 0, seen);
-        if radiances > 0 {
-            copy(Part::Radiances, seen, radiances);
+        let mut end = 0;
+        for (part, bytes) in plan.returned(job.batch.pixels).into_iter().filter(|(_, bytes)| *bytes > 0) {
+            encoder.copy_buffer_to_buffer(&slot.parts[part as usize], 0, &slot.readback, end, bytes);
+            end += bytes;
         }
         let submission = gpu.queue.submit([encoder.finish()]);
         let (sender, receiver) = channel();
-        slot.readback.slice(..seen + radiances).map_async(wgpu::MapMode::Read, move |result| {
+        slot.readback.slice(..end).map_async(wgpu::MapMode::Read, move |result| {
             // The receiver is gone only when the host has given up.
             let _ = sender.send(result);
         });
@@ -113,9 +110,10 @@ impl Batches {
         plan: &Plan,
         slot: usize,
         patience: Duration,
-    ) -> Result<Option<Finished>, Error> {
+        finished: &mut Finished,
+    ) -> Result<bool, Error> {
         let slot = &mut self.slots[slot];
-        let Some(sent) = &slot.sent else { return Ok(None) };
+        let Some(sent) = &slot.sent else { return Ok(false) };
         let mut state = sent.mapped.try_recv();
         if state == Err(TryRecvError::Empty) {
             gpu.poll(&sent.submission, patience)?;
@@ -124,26 +122,37 @@ impl Batches {
         match state {
             Ok(Ok(())) => {}
             Ok(Err(e)) => return Err(gpu.error(format!("the result could not be read back: {e}"))),
-            Err(TryRecvError::Empty) => return Ok(None),
+            Err(TryRecvError::Empty) => return Ok(false),
             Err(TryRecvError::Disconnected) => return Err(gpu.error("the result never came back")),
         }
         slot.sent = None;
-        let [seen, radiances] = slot.read_bytes(plan);
-        let slice = slot.readback.slice(..seen + radiances);
-        let finished = {
+        let [sums, tallies, radiances] = plan.returned(slot.batch.pixels).map(|(_, bytes)| bytes as usize);
+        let slice = slot.readback.slice(..(sums + tallies + radiances) as u64);
+        {
             let view = slice.get_mapped_range().map_err(|e| gpu.error(e.to_string()))?;
-            let (first, second) = view.split_at(seen as usize);
-            Finished { seen: pod_collect_to_vec(first), radiances: pod_collect_to_vec(second) }
-        };
+            fill(&mut finished.sums, &view[..sums]);
+            fill(&mut finished.tallies, &view[sums..sums + tallies]);
+            fill(&mut finished.radiances, &view[sums + tallies..]);
+        }
         slot.readback.unmap();
-        Ok(Some(finished))
+        Ok(true)
     }
+}
+
+/// Values in place of others, in the same memory.
+fn fill<T: bytemuck::Pod>(values: &mut Vec<T>, bytes: &[u8]) {
+    values.clear();
+    values.extend_from_slice(cast_slice(bytes));
 }
 
 fn buffer(gpu: &Gpu, plan: &Plan, part: Part) -> Result<wgpu::Buffer, Error> {
     match part {
         Part::Batch => gpu.buffer(part.name(), plan.bytes(part), Usage::UNIFORM | Usage::COPY_DST),
-        _ => gpu.storage(part.name(), plan.bytes(part), matches!(part, Part::Seen | Part::Radiances)),
+        _ => gpu.storage(
+            part.name(),
+            plan.bytes(part),
+            matches!(part, Part::Sums | Part::Tallies | Part::Radiances),
+        ),
     }
 }
 
@@ -154,7 +163,7 @@ impl Slot {
             None => buffer(gpu, plan, part),
         };
         let parts: Vec<_> = Part::ALL.into_iter().map(own).collect::<Result<_, _>>()?;
-        let read = plan.bytes(Part::Seen) + plan.bytes(Part::Radiances);
+        let read = plan.returned(plan.pixels).map(|(_, bytes)| bytes).iter().sum();
         let readback = gpu.buffer("the read-back", read, Usage::MAP_READ | Usage::COPY_DST)?;
         let [prime, trace, gather] = Stage::ALL.map(|stage| kernel.bind(gpu, stage, &parts));
         let groups = [prime?, trace?, gather?];
@@ -176,12 +185,5 @@ impl Slot {
             let [across, down] = workgroups(stage.invocations(batch, lines));
             pass.dispatch_workgroups(across, down, 1);
         }
-    }
-
-    /// Bytes of the pixels and of the radiances that the batch gives back.
-    fn read_bytes(&self, plan: &Plan) -> [u64; 2] {
-        let pixels = u64::from(self.batch.pixels);
-        let radiances = if plan.spectral { pixels * u64::from(plan.lines) * 4 } else { 0 };
-        [pixels * size_of::<Seen>() as u64, radiances]
     }
 }

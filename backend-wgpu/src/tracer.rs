@@ -89,8 +89,8 @@ impl Launch for WgpuLaunch {
         self.batches.submit(&self.gpu, &self.kernel, &self.plan, slot, job)
     }
 
-    fn poll(&mut self, slot: usize, patience: Duration) -> Result<Option<Finished>, Error> {
-        self.batches.poll(&self.gpu, &self.plan, slot, patience)
+    fn poll(&mut self, slot: usize, patience: Duration, finished: &mut Finished) -> Result<bool, Error> {
+        self.batches.poll(&self.gpu, &self.plan, slot, patience, finished)
     }
 
     fn error(&self, message: String) -> Error {

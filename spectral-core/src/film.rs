@@ -182,17 +182,20 @@ impl Film {
 
     fn missing_in_row(&self, row: Tile, samples: &Range<u32>) -> Vec<Missing> {
         let first = self.index(row.x, row.y);
-        let mut x = row.x;
-        let mut found = Vec::new();
+        let mut found: Vec<Missing> = Vec::new();
         let settled = self.convergence.settled_in_row(row);
-        let states: Vec<_> = self.samples[first..first + row.width as usize].iter().zip(settled).collect();
-        for run in states.chunk_by(|a, b| a == b) {
-            let tile = Tile { x, width: run.len() as u32, ..row };
-            x += tile.width;
-            let (has, settled) = run[0];
+        for ((x, has), settled) in
+            (row.x..).zip(&self.samples[first..first + row.width as usize]).zip(settled)
+        {
             let lacking = samples.start.max(*has)..samples.end;
-            if !settled && !lacking.is_empty() {
-                found.push(Missing { tile, samples: lacking });
+            if settled || lacking.is_empty() {
+                continue;
+            }
+            match found.last_mut() {
+                Some(last) if last.tile.x + last.tile.width == x && last.samples == lacking => {
+                    last.tile.width += 1;
+                }
+                _ => found.push(Missing { tile: Tile { x, width: 1, ..row }, samples: lacking }),
             }
         }
         found

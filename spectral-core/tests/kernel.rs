@@ -6,7 +6,7 @@ use naga::{
 };
 use spectral_core::kernel::{
     ENABLE_RAY_QUERY, Form, INTERSECT_RAY_QUERY,
-    block::{Batch, Plane, Primary, RESULT_BYTES, Scene, Seen, ray_bytes, walk_bytes},
+    block::{Batch, Plane, Primary, RESULT_BYTES, Scene, Tally, ray_bytes, walk_bytes},
     facets::{Facets, Guess},
 };
 use spectral_core::{
@@ -185,7 +185,7 @@ fn structures_lie_as_their_twins() {
         assert_eq!(layout(&tree, "Walk").1 as u64, walk_bytes(form.polarized));
         for chain in [true, false] {
             let gather = parsed(&form.gather(chain));
-            same_layout!(&gather, Seen { xyz, coverage, energies, rays, going });
+            same_layout!(&gather, Tally { energies, rays, going });
             assert_eq!(layout(&gather, "Result"), layout(&trace, "Result"));
         }
         assert_eq!(layout(&parsed(&form.gather(false)), "Walk"), layout(&tree, "Walk"));

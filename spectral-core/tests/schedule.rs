@@ -4,7 +4,7 @@ use spectral_core::{
     Error,
     film::Film,
     kernel::{
-        block::Seen,
+        block::Tally,
         pack,
         plan::Plan,
         schedule::{Finished, Job, KernelTracer, Launch},
@@ -51,18 +51,18 @@ impl Launch for Fake {
         Ok(())
     }
 
-    fn poll(&mut self, slot: usize, _: Duration) -> Result<Option<Finished>, Error> {
+    fn poll(&mut self, slot: usize, _: Duration, finished: &mut Finished) -> Result<bool, Error> {
         self.asked += 1;
         match self.fault {
             Fault::Ends(after, message) if self.begun > after => return Err(self.error(message.to_owned())),
-            Fault::Hangs(after) if self.begun > after => return Ok(None),
-            _ if self.asked % 2 == 1 => return Ok(None),
+            Fault::Hangs(after) if self.begun > after => return Ok(false),
+            _ if self.asked % 2 == 1 => return Ok(false),
             _ => {}
         }
         let (pixels, count) = self.under_way[slot].take().expect("a batch under way");
-        let seen =
-            |pixel: u32| Seen { xyz: [pixel as f32, 1.0, 2.0], rays: [3 * count, 0], ..Seen::default() };
-        Ok(Some(Finished { seen: pixels.into_iter().map(seen).collect(), radiances: Vec::new() }))
+        finished.sums = pixels.iter().map(|&pixel| [pixel as f32, 1.0, 2.0, 0.0]).collect();
+        finished.tallies = vec![Tally { rays: [3 * count * pixels.len() as u32, 0], ..Tally::default() }];
+        Ok(true)
     }
 
     fn error(&self, message: String) -> Error {

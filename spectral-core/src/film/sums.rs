@@ -53,4 +53,54 @@ impl Film {
         self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths].copy_from_slice(radiance);
         Ok(())
     }
+
+    /// The sums of pixels, numbered row by row: XYZ and coverage, and their radiances, wavelengths innermost. Panics
+    /// outside the film.
+    pub fn carried(&self, pixels: &[u32]) -> (Vec<[f32; 4]>, Vec<f32>) {
+        let sums = pixels.iter().map(|&i| {
+            let ([x, y, z], coverage) = (self.xyz[i as usize], self.coverage[i as usize]);
+            [x, y, z, coverage]
+        });
+        let radiances =
+            pixels.iter().flat_map(|&i| &self.radiance[i as usize * self.wavelengths..][..self.wavelengths]);
+        (sums.collect(), radiances.copied().collect())
+    }
+
+    /// Puts sums in place of those of pixels, each with `count` samples more; shapes as those of
+    /// [`carried`](Self::carried). Panics outside the film.
+    ///
+    /// ```
+    /// use spectral_core::film::Film;
+    /// let mut film = Film::with_size(2, 1, 0)?;
+    /// film.carry(&[1], 2, &[[0.5, 1.0, 0.25, 1.0]], &[])?;
+    /// assert_eq!((film.xyz(1, 0), film.samples(1, 0), film.samples(0, 0)), ([0.25, 0.5, 0.125], 2, 0));
+    /// assert_eq!(film.carried(&[1]).0, [[0.5, 1.0, 0.25, 1.0]]);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Value`] for sums of another shape.
+    pub fn carry(
+        &mut self,
+        pixels: &[u32],
+        count: u32,
+        sums: &[[f32; 4]],
+        radiances: &[f32],
+    ) -> Result<(), Error> {
+        if sums.len() != pixels.len() || radiances.len() != pixels.len() * self.wavelengths {
+            let expected = format!("those of {} pixels with {} wavelengths", pixels.len(), self.wavelengths);
+            return Err(Error::value("sums", format!("{} and {}", sums.len(), radiances.len()), expected));
+        }
+        for (&i, &[x, y, z, coverage]) in pixels.iter().zip(sums) {
+            let i = i as usize;
+            (self.xyz[i], self.coverage[i]) = ([x, y, z], coverage);
+            self.samples[i] += count;
+        }
+        if self.wavelengths > 0 {
+            for (&i, radiances) in pixels.iter().zip(radiances.chunks_exact(self.wavelengths)) {
+                self.radiance[i as usize * self.wavelengths..][..self.wavelengths].copy_from_slice(radiances);
+            }
+        }
+        Ok(())
+    }
 }

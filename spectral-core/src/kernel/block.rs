@@ -130,17 +130,13 @@ pub struct Batch {
     pub padding: u32,
 }
 
-/// A pixel after a batch (`main_gather.wgsl`).
+/// What the pixels of a workgroup add to the account (`main_gather.wgsl`).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default, Pod, Zeroable)]
-pub struct Seen {
-    /// CIE XYZ, the sum over all samples so far.
-    pub xyz: [f32; 3],
-    /// Samples so far whose primary ray meets a stone.
-    pub coverage: f32,
-    /// Throughput that the batch dropped at the depth limit, dropped below the threshold, let out at the limit, and lost.
+pub struct Tally {
+    /// Throughput dropped at the depth limit, dropped below the threshold, let out at the limit, and lost.
     pub energies: [f32; 4],
-    /// Segments that the batch traced: low and high word.
+    /// Segments traced: low and high word.
     pub rays: [u32; 2],
     /// Work items that are not over.
     pub going: u32,

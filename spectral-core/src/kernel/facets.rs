@@ -4,17 +4,18 @@
 //! is a matter of speed alone, and of what a device can do.
 
 use super::wgsl;
-use crate::prepare::{Outline, PreparedScene, PreparedStone};
+use crate::prepare::{Outline, PreparedScene};
 use std::fmt::Write;
 
 /// Which facet is tried before all planes are searched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Guess {
-    /// None: every ray is compared with every plane, read from storage buffers. What the other forms are held to.
+    /// None: every ray is compared exactly with every plane, read from storage buffers. What the other forms are held to.
     Nothing,
-    /// Outside, the facet that a ray starts on, or that the host has seen a camera ray come to.
+    /// Outside, the facet that a camera ray was seen to come to; inside, the nearest plane by a quick search.
     Start,
-    /// Outside the same; inside, the facet that the invocations of a subgroup find together for one of them.
+    /// Outside the same; inside, the facet that the invocations of a subgroup find together for one of them, and where
+    /// that serves too few, the nearest plane for each.
     Subgroup,
 }
 
@@ -75,12 +76,10 @@ impl Facets {
     /// One covers correctly rounded arithmetic, and is what the CPU backend takes. A device's division may be off by
     /// 2.5 units in the last place, and a surface counts up to a margin behind a ray's start.
     pub const MARGINS: f32 = 2.0;
-    /// Rounds in which a subgroup searches together before those who are left search for themselves.
-    ///
-    /// One search makes a whole subgroup wait. For 32 invocations and a brilliant's 89 planes a round is three planes
-    /// and six sides, so that eight cost about one search; they end as soon as all have found their facets, and sixteen
-    /// wavelengths meet some three after fifteen reflections.
-    pub const ROUNDS: u32 = 8;
+    /// A subgroup stops searching together once a round has served less than this share of those who asked, its inverse,
+    pub const SERVES: u32 = 4;
+    /// unless no more than these are left. A round takes a seventh of the time of a search by oneself.
+    pub const FEW: u32 = 4;
 
     /// The facets of a scene's only stone, on a device with so many bytes of workgroup memory.
     pub fn new(scene: &PreparedScene, guess: Guess, workgroup_memory: u32) -> Self {
@@ -112,12 +111,14 @@ impl Facets {
     pub fn intersect(&self) -> String {
         let mut text = String::new();
         let [planes, words] = self.room();
-        let bits = PreparedStone::MOST_PLANES.next_power_of_two() - 1;
+        // As few as number the planes, rounded up as above: they are taken from a distance.
+        let bits = planes.next_power_of_two() - 1;
         for (name, kind, value) in [
             ("FACET_ROOM", "u32", planes.to_string()),
             ("WORD_ROOM", "u32", words.to_string()),
             ("FACET_BITS", "u32", format!("{bits}u")),
-            ("GUESS_ROUNDS", "u32", Self::ROUNDS.to_string()),
+            ("ROUND_SERVES", "u32", format!("{}u", Self::SERVES)),
+            ("FEW_LEFT", "u32", format!("{}u", Self::FEW)),
             ("GUESS_MARGINS", "f32", wgsl(Self::MARGINS)),
         ] {
             writeln!(text, "const {name}: {kind} = {value};").expect("a string takes any text");

@@ -2,7 +2,7 @@
 
 use super::{
     Form, WORKGROUP,
-    block::{Batch, Primary, RESULT_BYTES, Seen, ray_bytes, walk_bytes},
+    block::{Batch, Primary, RESULT_BYTES, Tally, ray_bytes, walk_bytes},
 };
 use crate::prepare::PreparedScene;
 
@@ -46,7 +46,7 @@ impl Stage {
             Stage::Trace if chain => &[Part::Batch, Part::Primaries, Part::Results],
             Stage::Trace => &[Part::Batch, Part::Primaries, Part::Results, Part::Stack],
             Stage::Gather => {
-                &[Part::Batch, Part::Primaries, Part::Results, Part::Sums, Part::Seen, Part::Radiances]
+                &[Part::Batch, Part::Primaries, Part::Results, Part::Sums, Part::Tallies, Part::Radiances]
             }
         }
     }
@@ -89,10 +89,10 @@ pub enum Part {
     Results = 3,
     /// Rays that wait.
     Stack = 4,
-    /// XYZ and coverage before the batch; from the host.
+    /// XYZ and coverage of each pixel; from the host and back.
     Sums = 5,
-    /// [`Seen`] of each pixel; to the host.
-    Seen = 6,
+    /// A [`Tally`] for each workgroup of pixels; to the host.
+    Tallies = 6,
     /// Radiances by pixel and wavelength; from the host and back.
     Radiances = 7,
 }
@@ -106,7 +106,7 @@ impl Part {
         Part::Results,
         Part::Stack,
         Part::Sums,
-        Part::Seen,
+        Part::Tallies,
         Part::Radiances,
     ];
 
@@ -125,7 +125,7 @@ impl Part {
             Part::Results => "the paths",
             Part::Stack => "the stacks",
             Part::Sums => "the sums",
-            Part::Seen => "the samples",
+            Part::Tallies => "the account",
             Part::Radiances => "the radiances",
         }
     }
@@ -169,7 +169,7 @@ impl Plan {
         let by_memory = Self::MEMORY / (results + stack);
         let wanted = pixels * u64::from(scene.settings.samples);
         plan.samples = by_buffer.min(by_memory).min(wanted).min(u64::from(u32::MAX) / lines) as u32;
-        let by_buffer = largest / (size_of::<Seen>() as u64).max(if plan.spectral { 4 * lines } else { 0 });
+        let by_buffer = largest / if plan.spectral { 16.max(4 * lines) } else { 16 };
         plan.pixels = pixels.min(by_buffer).min(u64::from(plan.samples)) as u32;
         plan
     }
@@ -188,10 +188,16 @@ impl Plan {
             Part::Stack if self.chain => 0,
             Part::Stack => items * ray_bytes(polarized) * u64::from(self.form.stack),
             Part::Sums => pixels * 16,
-            Part::Seen => pixels * size_of::<Seen>() as u64,
+            Part::Tallies => pixels.div_ceil(u64::from(WORKGROUP)) * size_of::<Tally>() as u64,
             Part::Radiances if self.spectral => pixels * u64::from(self.lines) * 4,
             Part::Radiances => 0,
         }
+    }
+
+    /// Bytes of what `pixels` pixels bring back: sums, tallies and radiances.
+    pub fn returned(&self, pixels: u32) -> [(Part, u64); 3] {
+        let batch = Plan { pixels, ..*self };
+        [Part::Sums, Part::Tallies, Part::Radiances].map(|part| (part, batch.bytes(part)))
     }
 
     /// Batches that may be under way at the same time: one is made ready and another read back while a third is traced. A

@@ -5,12 +5,12 @@
 //! by the time they take, keeps several under way, resumes walks that are not over, and keeps the film and the account.
 
 use super::{
-    block::{Batch, Seen},
+    block::{Batch, Tally},
     plan::Plan,
 };
 use crate::{
     Error,
-    film::{Film, Missing, PixelSums},
+    film::{Film, Missing},
     prepare::PreparedScene,
     tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_call},
 };
@@ -60,10 +60,12 @@ pub struct Job<'a> {
 /// What a batch gives back.
 #[derive(Debug, Clone, Default)]
 pub struct Finished {
-    /// Each pixel.
-    pub seen: Vec<Seen>,
+    /// XYZ and coverage of each pixel, the sums over all its samples so far.
+    pub sums: Vec<[f32; 4]>,
     /// Sums of each pixel's radiances, wavelengths innermost, where the film keeps them; else empty.
     pub radiances: Vec<f32>,
+    /// The account of the batch in parts.
+    pub tallies: Vec<Tally>,
 }
 
 /// A scene's kernel on an open device.
@@ -78,11 +80,12 @@ pub trait Launch: Send {
     /// [`Error::Device`] where the device fails.
     fn submit(&mut self, slot: usize, job: &Job<'_>) -> Result<(), Error>;
 
-    /// What the batch in a slot has come to, if it is done, waiting for it for at most `patience`.
+    /// Whether the batch in a slot is done, waiting for it for at most `patience`; what it has come to is then put in
+    /// place of `finished`.
     ///
     /// # Errors
     /// [`Error::Device`] where the device fails.
-    fn poll(&mut self, slot: usize, patience: Duration) -> Result<Option<Finished>, Error>;
+    fn poll(&mut self, slot: usize, patience: Duration, finished: &mut Finished) -> Result<bool, Error>;
 
     /// The device hangs: nothing that it may still use may be freed.
     fn abandon(&mut self) {}
@@ -103,6 +106,8 @@ pub struct KernelTracer<L> {
     items: Option<f64>,
     /// Reported by the first call.
     build: Option<Duration>,
+    /// Of the last batch; its memory is used again.
+    finished: Finished,
 }
 
 /// A batch under way.
@@ -129,11 +134,6 @@ struct Run<'a> {
 impl Run<'_> {
     fn beat(&mut self) {
         self.stop |= (self.progress)(self.at).is_break();
-    }
-
-    /// Column and row of a pixel.
-    fn place(&self, pixel: u32) -> (u32, u32) {
-        (pixel % self.film.width(), pixel / self.film.width())
     }
 }
 
@@ -164,6 +164,7 @@ impl<L: Launch> KernelTracer<L> {
             deadline,
             items: None,
             build: Some(build),
+            finished: Finished::default(),
         })
     }
 
@@ -178,13 +179,12 @@ impl<L: Launch> KernelTracer<L> {
                 next = end;
             }
             let Some(flight) = run.flights.front() else { return Ok(()) };
-            match self.launch.poll(flight.slot, HEARTBEAT.min(self.deadline))? {
-                Some(finished) => self.end(pixels, finished, run)?,
-                None if flight.begun.max(run.ended).elapsed() > self.deadline => {
-                    self.launch.abandon();
-                    return Err(self.launch.error(overdue(self.deadline)));
-                }
-                None => {}
+            let patience = HEARTBEAT.min(self.deadline);
+            if self.launch.poll(flight.slot, patience, &mut self.finished)? {
+                self.end(pixels, run)?;
+            } else if flight.begun.max(run.ended).elapsed() > self.deadline {
+                self.launch.abandon();
+                return Err(self.launch.error(overdue(self.deadline)));
             }
         }
     }
@@ -236,21 +236,14 @@ impl<L: Launch> KernelTracer<L> {
 
     fn send(&mut self, flight: &Flight, pixels: &[u32], run: &Run<'_>) -> Result<(), Error> {
         let pixels = &pixels[flight.pixels.clone()];
-        let (mut sums, mut radiances) = (Vec::new(), Vec::new());
-        if flight.batch.fresh == 0 {
-            for &pixel in pixels {
-                let (x, y) = run.place(pixel);
-                let PixelSums { xyz: [a, b, c], coverage, .. } = run.film.sums(x, y);
-                sums.push([a, b, c, coverage]);
-                radiances.extend_from_slice(run.film.radiance_sums(x, y));
-            }
-        }
+        let (sums, radiances) =
+            if flight.batch.fresh == 0 { run.film.carried(pixels) } else { Default::default() };
         let job = Job { batch: flight.batch, pixels, sums: &sums, radiances: &radiances };
         self.launch.submit(flight.slot, &job)
     }
 
     /// The oldest batch is done: its pixels go to the film, or its walks are resumed.
-    fn end(&mut self, pixels: &[u32], finished: Finished, run: &mut Run<'_>) -> Result<(), Error> {
+    fn end(&mut self, pixels: &[u32], run: &mut Run<'_>) -> Result<(), Error> {
         let mut flight = run.flights.pop_front().expect("a batch that was asked for");
         let took = flight.begun.max(run.ended).elapsed().as_secs_f64().max(1e-6);
         let ratio = TARGET.as_secs_f64() / took;
@@ -263,7 +256,7 @@ impl<L: Launch> KernelTracer<L> {
                 self.items = Some(items * ratio.clamp(0.25, 8.0));
             }
         }
-        if finished.seen.iter().any(|seen| seen.going != 0) {
+        if self.finished.tallies.iter().any(|tally| tally.going != 0) {
             if !run.stop {
                 // Few walks are left: each may go further in the same time.
                 let budget = f64::from(flight.batch.budget) * ratio.clamp(0.25, 4.0);
@@ -274,29 +267,27 @@ impl<L: Launch> KernelTracer<L> {
             }
             return Ok(());
         }
-        self.keep(&pixels[flight.pixels.clone()], flight.batch.count, &finished, run)
+        self.keep(&pixels[flight.pixels.clone()], flight.batch.count, run)
     }
 
     /// A batch's pixels into the film, its account into the report.
-    fn keep(&self, pixels: &[u32], count: u32, finished: &Finished, run: &mut Run<'_>) -> Result<(), Error> {
-        let lines = self.launch.plan().lines;
-        let kept = run.film.wavelength_count();
-        for (k, (&pixel, seen)) in pixels.iter().zip(&finished.seen).enumerate() {
-            let (x, y) = run.place(pixel);
-            let samples = run.film.samples(x, y) + count;
-            let sums = PixelSums { xyz: seen.xyz, coverage: seen.coverage, samples };
-            run.film.set_sums(x, y, sums, &finished.radiances[k * kept..(k + 1) * kept])?;
-            let [dropped_depth, dropped_threshold, left_at_limit, lost] = seen.energies.map(f64::from);
-            let started = f64::from(count) * f64::from(lines);
-            run.report.energy += Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost };
-            run.report.rays += u64::from(seen.rays[0]) + (u64::from(seen.rays[1]) << 32);
+    fn keep(&self, pixels: &[u32], count: u32, run: &mut Run<'_>) -> Result<(), Error> {
+        let Finished { sums, radiances, tallies } = &self.finished;
+        run.film.carry(pixels, count, sums, radiances)?;
+        for tally in tallies {
+            let [dropped_depth, dropped_threshold, left_at_limit, lost] = tally.energies.map(f64::from);
+            run.report.energy +=
+                Energy { started: 0.0, dropped_depth, dropped_threshold, left_at_limit, lost };
+            run.report.rays += u64::from(tally.rays[0]) + (u64::from(tally.rays[1]) << 32);
         }
-        run.at.done += u64::from(count) * pixels.len() as u64;
+        let samples = u64::from(count) * pixels.len() as u64;
+        run.report.energy.started += samples as f64 * f64::from(self.launch.plan().lines);
+        run.at.done += samples;
         Ok(())
     }
 
-    fn rounds(&mut self, samples: &Range<u32>, run: &mut Run<'_>) -> Result<(), Error> {
-        for (mut samples, pixels) in lists(run.film, samples) {
+    fn rounds(&mut self, lists: Vec<(Range<u32>, Vec<u32>)>, run: &mut Run<'_>) -> Result<(), Error> {
+        for (mut samples, pixels) in lists {
             while !samples.is_empty() && !run.stop {
                 let middle = samples.start + self.samples(samples.len() as u32);
                 self.round(samples.start..middle, &pixels, run)?;
@@ -335,11 +326,12 @@ impl<L: Launch> Tracer for KernelTracer<L> {
     ) -> Result<TraceReport, Box<TraceFailure>> {
         check_call(&self.scene, &samples, film)?;
         let start = Instant::now();
-        let total = film.missing(film.tile(), &samples).iter().map(Missing::count).sum();
+        let lists = lists(film, &samples);
+        let total = lists.iter().map(|(samples, pixels)| samples.len() as u64 * pixels.len() as u64).sum();
         let report = TraceReport { build: self.build.take().unwrap_or_default(), ..TraceReport::default() };
         let (at, flights) = (Progress { done: 0, total }, VecDeque::new());
         let mut run = Run { film, progress, report, at, stop: false, flights, ended: start };
-        let outcome = self.rounds(&samples, &mut run);
+        let outcome = self.rounds(lists, &mut run);
         run.beat();
         let report =
             TraceReport { finished: outcome.is_ok() && !run.stop, trace: start.elapsed(), ..run.report };
