@@ -144,7 +144,7 @@ impl Surfaces {
             None => Surface::new(gpu, &scene.geometry, intersection)?,
         };
         let planes = Buffer::filled(gpu, "the facet planes", cast_slice(&pack::planes(&scene.geometry)))?;
-        let materials = pack::material_of_rank(&scene.geometry);
+        let materials = scene.geometry.material_of_rank();
         let materials = Buffer::filled(gpu, "the stones", cast_slice(&materials))?;
         Ok(Surfaces { of: scene.geometry.clone(), form, planes, materials })
     }

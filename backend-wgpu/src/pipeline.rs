@@ -85,7 +85,7 @@ impl Surfaces {
     /// One convex stone is met by its planes in the form `planar`; `None` takes a hierarchy.
     fn new(gpu: &Gpu, scene: &PreparedScene, planar: Option<Guess>) -> Result<Self, Error> {
         let planes = gpu.filled("the facet planes", cast_slice(&pack::planes(&scene.geometry)))?;
-        let materials = pack::material_of_rank(&scene.geometry);
+        let materials = scene.geometry.material_of_rank();
         let materials = gpu.filled("the stones", cast_slice(&materials))?;
         let mut buffers = Vec::new();
         let intersection = if let Some(guess) = planar {

@@ -208,11 +208,9 @@ impl Environment {
     pub(crate) fn shares_picture(&self, other: &Environment) -> bool {
         let same_source = match (&self.source, &other.source) {
             (Source::Uniform(a), Source::Uniform(b)) => a == b,
-            (Source::Image(a), Source::Image(b)) => Arc::ptr_eq(a, b),
-            _ => false,
+            (a, b) => a.shares_texels(b),
         };
-        let grounds = [self, other].map(|light| light.ground.as_ref().map(Arc::as_ptr));
-        same_source && grounds[0] == grounds[1]
+        same_source && self.ground.as_ref().map(Arc::as_ptr) == other.ground.as_ref().map(Arc::as_ptr)
     }
 
     /// The same with the world's origin moved to `origin`, and the ground's picture in the image: in `picture`, if it

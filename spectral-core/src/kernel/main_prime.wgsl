@@ -1,7 +1,7 @@
 // The entry point that makes the camera rays: one invocation a pixel sample.
 //
 // The host gives the camera as linear maps about the middle of the stones, made in double precision, so that single
-// precision is spent on the stones and not on the way to them: the twin of `Geometry::arrival`.
+// precision is spent on the stones and not on the way to them: the twin of `Geometry::approach`.
 
 // Where each sample lies in its pixel.
 @group(0) @binding(7) var<storage, read> offsets: array<vec2<f32>>;

@@ -150,11 +150,6 @@ pub fn planes(geometry: &Geometry) -> Vec<Plane> {
     geometry.facets.iter().map(plane).collect()
 }
 
-/// The index of the material of the stone of each rank.
-pub fn material_of_rank(geometry: &Geometry) -> Vec<u32> {
-    geometry.material_of_rank()
-}
-
 /// Vectors of four numbers that a line's basis takes in the optics.
 pub(super) const BASIS_VECTORS: usize = BASES.div_ceil(4);
 

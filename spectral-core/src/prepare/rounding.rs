@@ -92,11 +92,6 @@ impl Geometry {
     /// on the stones and not on the way to them. Of one convex stone it is the point where the ray enters. `None`
     /// if it passes them by.
     pub fn approach(&self, ray: &CameraRay) -> Option<DVec3> {
-        self.arrival(ray).map(|(point, _)| point)
-    }
-
-    /// [`Geometry::approach`] with the facet of one convex stone that the ray enters by; 0 where it is not known.
-    pub(crate) fn arrival(&self, ray: &CameraRay) -> Option<(DVec3, usize)> {
         if self.stones.is_empty() {
             return None;
         }
@@ -104,7 +99,7 @@ impl Geometry {
             && stone.has_few_planes()
             && self.facets.iter().any(|f| f.normal.dot(ray.origin) > f.offset)
         {
-            return self.entry(stone, ray);
+            return self.entry(stone, ray).map(|(point, _)| point);
         }
         let reach = self.radius * 1.001;
         let middle = -ray.origin.dot(ray.direction);
@@ -113,6 +108,6 @@ impl Geometry {
         if half2 < 0.0 || middle + half2.sqrt() < 0.0 {
             return None;
         }
-        Some((ray.origin + ray.direction * (middle - half2.sqrt()).max(0.0), 0))
+        Some(ray.origin + ray.direction * (middle - half2.sqrt()).max(0.0))
     }
 }
