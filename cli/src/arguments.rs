@@ -1,7 +1,7 @@
 //! Arguments that several commands have.
 
-use gemtrace::registry::{self, Candidates};
-use gemtrace::{Error, scene_file::Override};
+use gemtrace::scene_file::Override;
+use gemtrace::{Error, Session, registry};
 use spectral_core::settings::Quality;
 use spectral_core::tracer::OpenOptions;
 
@@ -39,16 +39,16 @@ impl Rendering {
     }
 
     /// How the device is opened.
-    pub fn options(&self) -> OpenOptions {
+    pub fn open_options(&self) -> OpenOptions {
         open_options(self.threads)
     }
 
-    /// The devices to render with.
+    /// A session with the device that is asked for.
     ///
     /// # Errors
     /// As [`registry::choose`].
-    pub fn candidates(&self) -> Result<Candidates, Error> {
-        registry::choose(&self.backend, self.device)
+    pub fn session(&self) -> Result<Session, Error> {
+        Ok(Session::new(registry::choose(&self.backend, self.device)?, self.open_options()))
     }
 }
 

@@ -12,13 +12,12 @@ pub mod motion;
 pub mod render;
 pub mod sheet;
 pub mod spectrum;
-pub mod still;
 mod table;
 
-use crate::progress::Interrupt;
+use crate::console::{Console, Interrupt, Report};
 use clap::{Parser, Subcommand};
 use gemtrace::Error;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::io::Write;
 
 const EXIT_CODES: &str = "\
@@ -77,53 +76,10 @@ pub enum Command {
     Bench(bench::Args),
 }
 
-/// What a command has to say.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Report {
-    /// For people, without a final line break.
-    pub text: String,
-    /// The same facts for scripts.
-    pub json: Value,
-    /// A failure that left something worth reporting.
-    pub failure: Option<Error>,
-}
-
-impl Report {
-    /// The report of a command that did all it was asked to.
-    pub fn new(text: impl Into<String>, json: Value) -> Self {
-        Report { text: text.into(), json, failure: None }
-    }
-}
-
-/// Where a command's remarks go while it runs, and how it is stopped.
-pub struct Console<'a> {
-    /// Warnings, one a line.
-    pub log: &'a mut dyn Write,
-    /// No warnings and no progress bar.
-    pub quiet: bool,
-    /// A request to stop.
-    pub interrupt: &'a Interrupt,
-}
-
-impl Console<'_> {
-    /// Tells a person what is being done.
-    pub fn say(&mut self, message: impl std::fmt::Display) {
-        if !self.quiet {
-            // Nobody can be told that the standard error is gone.
-            writeln!(self.log, "{message}").ok();
-        }
-    }
-
-    /// Tells a person of something that does not stop the work.
-    pub fn warn(&mut self, message: impl std::fmt::Display) {
-        self.say(format_args!("warning: {message}"));
-    }
-}
-
 /// Runs a command.
 ///
 /// # Errors
-/// Whatever kept it from doing anything worth a report.
+/// The error of a command that has nothing to report.
 pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
     match command {
         Command::Render(args) => render::run(args, console),

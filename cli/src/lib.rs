@@ -8,4 +8,5 @@
 
 mod arguments;
 pub mod commands;
+pub mod console;
 pub mod progress;

@@ -3,7 +3,7 @@
 #![forbid(unsafe_code)]
 
 use clap::Parser as _;
-use gemtrace_cli::{commands, progress::Interrupt};
+use gemtrace_cli::{commands, console::Interrupt};
 use std::process::ExitCode;
 use std::sync::Arc;
 

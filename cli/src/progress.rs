@@ -1,43 +1,19 @@
-//! How far a render is, and whether someone wants it to stop.
+//! How far a render is: progress bars, and who follows a render at a console.
 
+use crate::console::Console;
+use gemtrace::Watch;
+use gemtrace::registry::Choice;
 use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use spectral_core::tracer::Progress;
 use std::io::IsTerminal as _;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-
-/// A request to stop, shared with whoever may make it (the handler of Ctrl-C).
-///
-/// While a render runs, a request makes it stop and write what is finished. At any other time there is
-/// nothing to save, and whoever asks may end the process at once.
-#[derive(Debug, Default)]
-pub struct Interrupt {
-    requested: AtomicBool,
-    heeded: AtomicBool,
-}
-
-impl Interrupt {
-    /// Asks to stop. Returns whether something will heed it; if not, or on a second request, the caller
-    /// may end the process.
-    pub fn request(&self) -> bool {
-        !self.requested.swap(true, Relaxed) && self.heeded.load(Relaxed)
-    }
-
-    /// Whether someone has asked to stop.
-    pub fn is_requested(&self) -> bool {
-        self.requested.load(Relaxed)
-    }
-
-    /// From now on requests are looked at.
-    pub fn heed(&self) {
-        self.heeded.store(true, Relaxed);
-    }
-}
+use std::ops::ControlFlow;
 
 /// A progress bar on the standard error, or nothing where that is no terminal.
 #[derive(Debug)]
 pub struct Bar(ProgressBar);
 
 impl Bar {
-    /// A bar for `total` steps; invisible if `quiet` or where nobody sees it.
+    /// A bar for `total` steps; hidden if `quiet` or where the standard error is no terminal.
     pub fn new(total: u64, quiet: bool) -> Self {
         let visible = !quiet && std::io::stderr().is_terminal();
         let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -67,7 +43,7 @@ impl Drop for Bar {
     }
 }
 
-/// Two bars for many pictures: all of them, and the one in the works. Nothing where the standard error is no terminal.
+/// Two bars for many pictures: all of them, and the current one. Hidden where the standard error is no terminal.
 #[derive(Debug)]
 pub struct Board {
     bars: MultiProgress,
@@ -77,7 +53,7 @@ pub struct Board {
 }
 
 impl Board {
-    /// For `total` pictures, of which some are there already; invisible if `quiet` or where nobody sees it.
+    /// For `total` pictures, of which some are there already; hidden if `quiet` or where the standard error is no terminal.
     pub fn new(total: u64, there: u64, quiet: bool) -> Self {
         let visible = !quiet && std::io::stderr().is_terminal();
         let target = if visible { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -97,24 +73,24 @@ impl Board {
         Board { bars, visible, whole, picture }
     }
 
-    /// Whether anybody sees it.
+    /// Whether it is shown.
     pub fn is_visible(&self) -> bool {
         self.visible
     }
 
-    /// A picture is in the works.
+    /// A picture is begun.
     pub fn begin(&self, name: &str) {
         self.picture.set_message(name.to_owned());
         self.picture.set_position(0);
     }
 
-    /// How far the picture in the works is.
+    /// How far the current picture is.
     pub fn set(&self, done: u64, total: u64) {
         self.picture.set_length(total);
         self.picture.set_position(done);
     }
 
-    /// The picture in the works is over. Returns its place among all: `"[3/200]"`.
+    /// The current picture is done. Returns its place among all: `"[3/200]"`.
     pub fn end(&self) -> String {
         self.whole.inc(1);
         self.current()
@@ -138,16 +114,49 @@ impl Drop for Board {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+/// Someone at a console who follows pictures: sees warnings and a bar, and may press Ctrl-C.
+pub struct Onlooker<'a, 'b> {
+    console: &'a mut Console<'b>,
+    bar: Bar,
+    /// Whether to say which device is taken.
+    announce: bool,
+    /// The pictures that the bar counts.
+    count: u64,
+    /// Those of them that are done.
+    done: u64,
+    /// What was warned of.
+    pub warnings: Vec<String>,
+}
 
-    #[test]
-    fn only_a_first_request_to_a_running_render_is_heeded() {
-        let idle = Interrupt::default();
-        assert!(!idle.request() && idle.is_requested());
-        let running = Interrupt::default();
-        running.heed();
-        assert!(running.request() && !running.request());
+impl<'a, 'b> Onlooker<'a, 'b> {
+    /// For this many pictures of one size; `announce`: say which device is taken.
+    pub fn new(console: &'a mut Console<'b>, count: usize, announce: bool) -> Self {
+        let bar = Bar::new(1, console.quiet);
+        Onlooker { console, bar, announce, count: count as u64, done: 0, warnings: Vec::new() }
+    }
+
+    /// The next picture is begun.
+    pub fn next(&mut self) {
+        self.done += 1;
+    }
+}
+
+impl Watch for Onlooker<'_, '_> {
+    fn chosen(&mut self, choice: &Choice) {
+        if self.announce {
+            self.console.say(&choice.reason);
+        }
+    }
+
+    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
+        self.console.interrupt.heed();
+        self.bar.set_total(progress.total * self.count);
+        self.bar.set(progress.total * self.done + progress.done);
+        self.console.interrupt.flow()
+    }
+
+    fn warning(&mut self, message: &str) {
+        self.console.warn(message);
+        self.warnings.push(message.to_owned());
     }
 }

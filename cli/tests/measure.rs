@@ -2,8 +2,8 @@
 
 use clap::Parser as _;
 use gemtrace::Error;
-use gemtrace_cli::commands::{Cli, Console, Report, run};
-use gemtrace_cli::progress::Interrupt;
+use gemtrace_cli::commands::{Cli, run};
+use gemtrace_cli::console::{Console, Interrupt, Report};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 

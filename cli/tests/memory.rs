@@ -10,8 +10,8 @@ mod globe;
 #[path = "../examples/large_scene/sky.rs"]
 mod sky;
 
-use gemtrace_cli::commands::{Cli, Console, run};
-use gemtrace_cli::progress::Interrupt;
+use gemtrace_cli::commands::{Cli, run};
+use gemtrace_cli::console::{Console, Interrupt};
 use globe::Globe;
 use sky::Sky;
 use std::fs::{File, read_to_string, write};

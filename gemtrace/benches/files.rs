@@ -1,15 +1,15 @@
 //! Reading scenes, cuts and meshes, and writing pictures: `cargo bench -p gemtrace`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use gemtrace::output::{self, Depth, Picture, Provenance, Target};
-use gemtrace::{import, scene_file};
+use gemtrace::import;
+use gemtrace::output::{Depth, Options, Picture, Target};
+use gemtrace::scene_file::{self, LoadedScene};
 use spectral_core::{
-    color::RgbSpace,
     film::{Film, PixelSample, Tile, TileSums},
     prepare::PreparedScene,
     scene::Scene,
     settings::RenderSettings,
-    tracer::{DeviceInfo, TraceReport},
+    tracer::TraceReport,
 };
 use std::hint::black_box;
 use std::path::{Path, PathBuf};
@@ -69,40 +69,16 @@ fn writing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("writing 256 × 256 pixels");
     group.throughput(Throughput::Elements(256 * 256));
     let (scene, film) = film();
-    let device = DeviceInfo {
-        backend: "none",
-        index: 0,
-        name: String::new(),
-        driver: String::new(),
-        memory: 0,
-        intersection: "none",
-        hardware: false,
-    };
-    let provenance = Provenance::new(
-        "none",
-        "none",
-        &scene,
-        std::slice::from_ref(&device),
-        &TraceReport::default(),
-        false,
-    );
+    let loaded = LoadedScene::from(Scene::in_studio(vec![]));
+    let mut picture = Picture::new(film, &scene, &loaded, &[], &TraceReport::default(), Options::default());
     let folder = tempfile::tempdir().expect("a folder for temporary files");
     for (name, depth) in
         [("eight.png", Depth::Eight), ("sixteen.png", Depth::Sixteen), ("float.exr", Depth::Eight)]
     {
         let target = Target::new(folder.path().join(name)).expect("a known extension");
-        let picture = Picture {
-            film: &film,
-            space: RgbSpace::Srgb,
-            depth,
-            exposure: 0.0,
-            transparent: false,
-            backdrop: None,
-            wavelengths: &[],
-            provenance: &provenance,
-        };
+        picture.options.depth = depth;
         group.bench_function(name, |bencher| {
-            bencher.iter(|| output::write(&target, &picture).expect("the folder can be written to"));
+            bencher.iter(|| picture.write(&target).expect("the folder can be written to"));
         });
     }
     group.finish();

@@ -5,11 +5,13 @@
 //! read, and pictures by the memory they would need before it is taken.
 
 pub mod cut;
+#[cfg(feature = "formats")]
 pub mod environment;
 pub mod mesh;
 mod obj;
+#[cfg(feature = "formats")]
 mod ply;
-mod polygon;
+#[cfg(feature = "formats")]
 mod stl;
 
 use crate::Error;

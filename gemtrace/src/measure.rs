@@ -3,22 +3,20 @@
 //! A stone is seen from +z, its table up, and tilted; each figure is a mean over the rays of a square raster that
 //! meet the stone, or its table. What each means, and where it comes from, is in `docs/light-models.md`.
 //!
-//! * `picture`: the raster under one light.
+//! * `raster`: the stone under one light, one ray a pixel.
 //! * `figure`: means over it.
 
 mod figure;
-mod picture;
+mod raster;
 
 pub use figure::{Experimental, Figures};
 
-use crate::Error;
-use crate::registry::Choice;
+use crate::{Error, Session, Watch};
 use glam::DVec3;
-use picture::{Lens, Mask, Picture};
+use raster::{Eye, Mask, Raster};
 use spectral_core::environment::{Environment, Head, LightModel, Pattern};
 use spectral_core::scene::Stone;
 use spectral_core::settings::{Leftover, RenderSettings};
-use spectral_core::tracer::OpenOptions;
 use spectral_core::wavelength::WavelengthGrid;
 use std::sync::Arc;
 
@@ -93,6 +91,12 @@ impl Conditions {
         };
         Conditions { eye: Some(30.0), window: Some(2.5), settings, ..Conditions::default() }
     }
+
+    /// A light with the viewer's head before it.
+    fn shadowed(&self, model: LightModel) -> LightModel {
+        let head = (self.head > 0.0).then_some(Head { half_angle: self.head, towards: DVec3::Z });
+        LightModel { head, ..model }
+    }
 }
 
 /// The wavelength at which gems' indices are given, alone.
@@ -118,23 +122,22 @@ pub struct Measurement<'a> {
     stone: Stone,
     table: Option<u32>,
     conditions: &'a Conditions,
-    lens: Lens<'a>,
+    eye: Eye<'a>,
 }
 
 impl<'a> Measurement<'a> {
     /// A stone as its mesh, width and rotation say, at the origin whatever its position, ready to be tilted.
     ///
     /// ```
-    /// use gemtrace::{measure::{Conditions, Measurement}, registry};
-    /// use spectral_core::{material::Catalogue, scene::Stone, shape::ShapeSpec, tracer::OpenOptions};
+    /// use gemtrace::{Session, measure::{Conditions, Measurement}};
+    /// use spectral_core::{material::Catalogue, scene::Stone, shape::ShapeSpec};
     /// use std::sync::Arc;
     /// let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
     /// let quartz = Catalogue::builtin().get("quartz")?.clone();
     /// let stone = Stone::new("quartz", Arc::new(mesh), Arc::new(quartz));
     /// let conditions = Conditions { size: 24, ..Conditions::default() };
-    /// let cpu = registry::choose("cpu", None)?.next().expect("there is always a processor");
-    /// let measurement = Measurement::new(&stone, &conditions, cpu, OpenOptions::default())?;
-    /// let seen = measurement.at(0.0, &|| false)?.stone;
+    /// let mut session = Session::open("cpu")?;
+    /// let seen = Measurement::new(&stone, &conditions, &mut session)?.at(0.0, &mut ())?.stone;
     /// let whole = seen.light_return[0] + seen.extinction + seen.leakage + seen.missing;
     /// assert!((whole - 1.0).abs() < 1e-5);
     /// # Ok::<(), gemtrace::Error>(())
@@ -142,41 +145,35 @@ impl<'a> Measurement<'a> {
     ///
     /// # Errors
     /// [`Error::Core`] for a stone that cannot be placed, or an eye that is not outside it.
-    pub fn new(
-        stone: &Stone,
-        conditions: &'a Conditions,
-        device: Choice,
-        options: OpenOptions,
-    ) -> Result<Self, Error> {
+    pub fn new(stone: &Stone, conditions: &'a Conditions, session: &'a mut Session) -> Result<Self, Error> {
         let upright = Stone { position: DVec3::ZERO, ..stone.clone() };
         let placed = upright.placed()?;
         let reach = placed.positions().iter().map(|p| p.length()).fold(0.0, f64::max);
         let table = if placed.is_convex() { table(stone) } else { None };
-        let lens = Lens::new(conditions, reach, device, options)?;
+        let eye = Eye::new(conditions, reach, session)?;
         let stone = Stone::new(stone.name.clone(), Arc::new(placed), stone.material.clone());
-        Ok(Measurement { stone, table, conditions, lens })
+        Ok(Measurement { stone, table, conditions, eye })
     }
 
-    /// The figures at one angle, degrees. `stop` is asked now and then whether to go on.
+    /// The figures at one angle, degrees. `watch` follows each of the renders that it takes, and may stop it.
     ///
     /// # Errors
     /// [`Error::Core`] for what cannot be rendered, [`Error::Render`] for a device that fails,
-    /// [`Error::Interrupted`] once `stop` says so.
-    pub fn at(&self, tilt: f64, stop: &dyn Fn() -> bool) -> Result<Position, Error> {
+    /// [`Error::Interrupted`] where the watcher stopped it.
+    pub fn at(&mut self, tilt: f64, watch: &mut dyn Watch) -> Result<Position, Error> {
         let stone = self.tilted(tilt);
-        let see = |light: Environment| self.lens.see(&stone, light, stop);
-        let model = |model: &LightModel| see(Environment::image(model.image()?));
-        let all = see(Environment::uniform([1.0; 3]))?;
+        let all = self.eye.see(&stone, Environment::uniform([1.0; 3]), watch)?;
         let masks = self.masks(&all)?;
+        let mut model = |model: &LightModel| self.eye.see_under(&stone, model, watch);
         let mut figures: Vec<Figures> = masks.iter().map(|mask| Figures::missing(mask, &all)).collect();
-        let note = |picture: &Picture, figures: &mut Vec<Figures>, field: fn(&mut Figures, f64)| {
+        let note = |picture: &Raster, figures: &mut Vec<Figures>, field: fn(&mut Figures, f64)| {
             for (figures, mask) in figures.iter_mut().zip(&masks) {
                 field(figures, mask.mean(picture));
             }
         };
         let mut iso = None;
         for pattern in &self.conditions.models {
-            let picture = model(&self.shadowed(LightModel::new(pattern.clone())))?;
+            let picture = model(&self.conditions.shadowed(LightModel::new(pattern.clone())))?;
             note(&picture, &mut figures, |f, mean| f.light_return.push(mean));
             if *pattern == Pattern::Iso {
                 iso = Some(picture);
@@ -191,13 +188,13 @@ impl<'a> Measurement<'a> {
         let dome = |half_angle: f64| LightModel::new(Pattern::Dome { half_angle });
         note(&model(&dome(15.0))?, &mut figures, |f, mean| f.aset[0] = mean);
         note(&model(&dome(45.0).with_head(15.0))?, &mut figures, |f, mean| f.aset[1] = mean);
-        let iso = iso.map_or_else(|| model(&self.shadowed(LightModel::new(Pattern::Iso))), Ok)?;
+        let iso = iso.map_or_else(|| model(&self.conditions.shadowed(LightModel::new(Pattern::Iso))), Ok)?;
         for (figures, mask) in figures.iter_mut().zip(&masks) {
             figures.contrast = mask.deviation(&iso);
             figures.aset[2] = 1.0 - figures.missing - figures.leakage - figures.aset[0] - figures.aset[1];
         }
         if self.conditions.experimental {
-            self.experiment(tilt, &masks, &mut figures, stop)?;
+            self.experiment(tilt, &masks, &mut figures, watch)?;
         }
         let mut figures = figures.into_iter();
         let stone = figures.next().unwrap_or_default();
@@ -206,16 +203,16 @@ impl<'a> Measurement<'a> {
 
     /// Fire and scintillation, under spots.
     fn experiment(
-        &self,
+        &mut self,
         tilt: f64,
         masks: &[Mask],
         figures: &mut [Figures],
-        stop: &dyn Fn() -> bool,
+        watch: &mut dyn Watch,
     ) -> Result<(), Error> {
-        let spots = self.shadowed(LightModel::new(Pattern::by_name("spots")?));
-        let spots = Environment::image(spots.image()?);
-        let now = self.lens.see(&self.tilted(tilt), spots.clone(), stop)?;
-        let next = self.lens.see(&self.tilted(tilt + Experimental::STEP), spots, stop)?;
+        let spots = self.conditions.shadowed(LightModel::new(Pattern::by_name("spots")?));
+        let [now, next] = [tilt, tilt + Experimental::STEP].map(|tilt| self.tilted(tilt));
+        let now = self.eye.see_under(&now, &spots, watch)?;
+        let next = self.eye.see_under(&next, &spots, watch)?;
         for (figures, mask) in figures.iter_mut().zip(masks) {
             figures.experimental = Some(Experimental::of(mask, &now, &next));
         }
@@ -231,14 +228,8 @@ impl<'a> Measurement<'a> {
         stone
     }
 
-    fn shadowed(&self, model: LightModel) -> LightModel {
-        let half_angle = self.conditions.head;
-        let head = (half_angle > 0.0).then_some(Head { half_angle, towards: DVec3::Z });
-        LightModel { head, ..model }
-    }
-
     /// The stone's rays, and the table's.
-    fn masks(&self, all: &Picture) -> Result<Vec<Mask>, Error> {
+    fn masks(&self, all: &Raster) -> Result<Vec<Mask>, Error> {
         let stone = Mask::stone(all);
         if stone.is_empty() {
             let message = "no ray meets the stone; give a larger size, or an eye that is nearer".to_owned();

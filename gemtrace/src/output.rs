@@ -15,22 +15,25 @@
 //! name, flushed to the disk and renamed. An interrupted render leaves the asked-for name alone and
 //! writes `NAME.partial.png` instead.
 
+#[cfg(feature = "batch")]
 pub mod animation;
+#[cfg(feature = "formats")]
 mod exr;
 mod file;
-pub mod part;
+mod picture;
 mod png;
 mod provenance;
 
-pub use file::remove_leftovers;
+#[cfg(feature = "batch")]
+pub(crate) use file::write as write_file;
+pub use file::{check, remove_leftovers};
+pub use picture::{Options, Picture};
 pub use provenance::{Provenance, device, energy, settings};
 
 use crate::Error;
+use ::png::Compression;
 use rayon::prelude::*;
-use spectral_core::{
-    color::{RgbSpace, matrix},
-    film::Film,
-};
+use spectral_core::color::RgbSpace;
 use std::path::{Path, PathBuf};
 
 /// A kind of picture file.
@@ -60,6 +63,21 @@ pub enum Depth {
     Eight,
     /// 16 bits.
     Sixteen,
+}
+
+impl Depth {
+    /// The number of bits.
+    pub fn bits(self) -> u32 {
+        match self {
+            Depth::Eight => 8,
+            Depth::Sixteen => 16,
+        }
+    }
+
+    /// The depth of 8 or 16 bits.
+    pub fn of_bits(bits: u32) -> Option<Self> {
+        [Depth::Eight, Depth::Sixteen].into_iter().find(|depth| depth.bits() == bits)
+    }
 }
 
 /// A picture file to be written.
@@ -128,66 +146,6 @@ impl Target {
     }
 }
 
-/// A film and how it is to be written.
-#[derive(Debug, Clone, Copy)]
-pub struct Picture<'a> {
-    /// The samples.
-    pub film: &'a Film,
-    /// The colour space of the EXR's RGB, and of the PNG where PNG can say so (see [`png_space`]).
-    pub space: RgbSpace,
-    /// Bits a channel of the PNG.
-    pub depth: Depth,
-    /// Stops (powers of two) that the PNG is brightened by. The EXR keeps the scene's own values.
-    pub exposure: f64,
-    /// Whether alpha is coverage (else 1).
-    pub transparent: bool,
-    /// A colour to put behind what is transparent, linear sRGB as it is shown: `exposure` leaves it alone.
-    pub backdrop: Option<[f64; 3]>,
-    /// The wavelengths that the film keeps, nm; one for each of its spectral planes.
-    pub wavelengths: &'a [f64],
-    /// What goes into the header.
-    pub provenance: &'a Provenance,
-}
-
-impl Picture<'_> {
-    /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
-    fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
-        pixels(self.film, self.transparent, self.backdrop, space, gain)
-    }
-}
-
-/// What a PNG shows of a film, brightened by `exposure` stops, in sRGB with 8 bits and straight alpha, row by row;
-/// `transparent` and `backdrop` as in [`Picture`].
-pub fn rgba(film: &Film, transparent: bool, backdrop: Option<[f64; 3]>, exposure: f64) -> Vec<[u8; 4]> {
-    let pixels = pixels(film, transparent, backdrop, RgbSpace::Srgb, exposure.exp2());
-    pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
-}
-
-fn pixels(
-    film: &Film,
-    transparent: bool,
-    backdrop: Option<[f64; 3]>,
-    space: RgbSpace,
-    gain: f64,
-) -> Vec<[f32; 4]> {
-    let mut pixels = film.to_space(space);
-    let width = film.width() as usize;
-    let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
-    for (i, pixel) in pixels.iter_mut().enumerate() {
-        let sampled = || film.samples((i % width) as u32, (i / width) as u32) > 0;
-        let [colour @ .., alpha] = pixel;
-        colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
-        if let Some(behind) = backdrop.filter(|_| transparent && sampled()) {
-            let through = 1.0 - f64::from(*alpha);
-            colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
-            *alpha = 1.0;
-        } else if !transparent {
-            *alpha = f32::from(u8::from(sampled()));
-        }
-    }
-    pixels
-}
-
 /// The space that a PNG is written in when `space` is asked for: sRGB where PNG has no name for it.
 pub fn png_space(space: RgbSpace) -> RgbSpace {
     match space {
@@ -196,7 +154,7 @@ pub fn png_space(space: RgbSpace) -> RgbSpace {
     }
 }
 
-/// What became of one target.
+/// The outcome of writing one target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
     /// Where the picture is, if it could be written anywhere.
@@ -208,7 +166,7 @@ pub struct Written {
 }
 
 impl From<Result<PathBuf, Error>> for Written {
-    /// What became of a file that is written in one way only.
+    /// The outcome for a file that has no other place to go.
     fn from(result: Result<PathBuf, Error>) -> Self {
         let (path, failure) = match result {
             Ok(path) => (Some(path), None),
@@ -219,17 +177,6 @@ impl From<Result<PathBuf, Error>> for Written {
     }
 }
 
-/// Writes one picture file.
-///
-/// # Errors
-/// [`Error::Output`] if it cannot be written; then nothing is left behind.
-pub fn write(target: &Target, picture: &Picture) -> Result<u64, Error> {
-    file::write(&target.path, |file| match target.format {
-        Format::Png => png::encode(picture, file),
-        Format::Exr => exr::encode(picture, file),
-    })
-}
-
 /// Writes every target, side by side, so that one failure costs no other; a picture that fails is saved in the folder
 /// for temporary files instead, and its failure says where.
 pub fn write_all(targets: &[Target], picture: &Picture) -> Vec<Written> {
@@ -237,12 +184,12 @@ pub fn write_all(targets: &[Target], picture: &Picture) -> Vec<Written> {
 }
 
 fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
-    let error = match write(target, picture) {
+    let error = match picture.write(target) {
         Ok(bytes) => return Written { path: Some(target.path.clone()), bytes, failure: None },
         Err(error) => error,
     };
     let fallback = target.fallback();
-    let rescued = write(&fallback, picture);
+    let rescued = picture.write(&fallback);
     let place = match &rescued {
         Ok(_) => format!("; the picture was saved as {} instead", fallback.path.display()),
         Err(_) => "; it could not be saved among the temporary files either".to_owned(),
@@ -258,20 +205,24 @@ fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
     }
 }
 
-/// Whether a file can be written there, tried before any work is done.
-///
-/// # Errors
-/// [`Error::Output`] where the folder is missing or not writable, or the name is a folder's.
-pub fn check(path: &Path) -> Result<(), Error> {
-    file::check(path)
-}
-
 /// Writes 8-bit sRGB pixels, row by row, as a PNG: sheets.
 ///
 /// # Errors
 /// [`Error::Output`] if it cannot be written.
 pub fn write_rgb(path: &Path, width: u32, pixels: &[[u8; 3]]) -> Result<u64, Error> {
-    file::write(path, |file| png::encode_rgb(width, pixels, file))
+    file::write(path, |file| png::encode_pixels(width, pixels, Compression::default(), file))
+}
+
+/// 8-bit sRGB pixels, RGB or RGBA, as a PNG in a `data:` address for HTML.
+///
+/// # Errors
+/// Why they cannot be encoded, for people.
+#[cfg(feature = "batch")]
+pub fn data_url<const N: usize>(width: u32, pixels: &[[u8; N]]) -> Result<String, String> {
+    use base64::{Engine as _, engine::general_purpose::STANDARD};
+    let mut bytes = Vec::new();
+    png::encode_pixels(width, pixels, Compression::Fast, &mut bytes)?;
+    Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }
 
 /// Writes a text file (a plot, say) as safely as a picture.

@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 
 /// A line through points (nm, value), ascending in nm, or in whatever the plot is over.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct Curve {
     /// Name in the legend; empty for none.
     pub label: String,
     /// Any colour that SVG knows.
@@ -27,7 +27,7 @@ pub struct Panel {
     /// Whether the vertical axis must show zero.
     pub from_zero: bool,
     /// What is drawn.
-    pub lines: Vec<Line>,
+    pub lines: Vec<Curve>,
 }
 
 const WIDTH: f64 = 720.0;
@@ -41,8 +41,8 @@ const BOTTOM: f64 = 48.0;
 /// The panels under a title, over wavelength, as an SVG document.
 ///
 /// ```
-/// use gemtrace::plot::{Line, Panel, svg};
-/// let line = Line { label: String::new(), colour: "black", points: vec![[400.0, 2.46], [700.0, 2.41]] };
+/// use gemtrace::plot::{Curve, Panel, svg};
+/// let line = Curve { label: String::new(), colour: "black", points: vec![[400.0, 2.46], [700.0, 2.41]] };
 /// let text = svg("diamond", &[Panel { label: "n".into(), from_zero: false, lines: vec![line] }]);
 /// assert!(text.starts_with("<svg") && text.contains("polyline"));
 /// ```
@@ -171,7 +171,7 @@ fn nice_step(span: f64) -> f64 {
 }
 
 /// The least and greatest of the points' coordinate `c`; (0, 1) where there is none.
-fn extent<'a>(lines: impl IntoIterator<Item = &'a Line>, c: usize) -> [f64; 2] {
+fn extent<'a>(lines: impl IntoIterator<Item = &'a Curve>, c: usize) -> [f64; 2] {
     let values = lines.into_iter().flat_map(|line| &line.points).map(|point| point[c]);
     let [low, high] = values
         .filter(|v| v.is_finite())
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn constants_and_nothing_still_make_a_plot() {
-        let line = |points| Line { label: "<n>".into(), colour: "black", points };
+        let line = |points| Curve { label: "<n>".into(), colour: "black", points };
         for points in [vec![], vec![[500.0, 0.0]], vec![[400.0, 1.5], [700.0, 1.5]]] {
             let text =
                 svg("a & b", &[Panel { label: "n".into(), from_zero: true, lines: vec![line(points)] }]);

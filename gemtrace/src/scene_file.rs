@@ -2,8 +2,8 @@
 //!
 //! The format is described, key by key, in the examples under `scenes/`. Lengths are in mm, angles in
 //! degrees, wavelengths in nm; paths are relative to the scene file. Every key has a default but `format`,
-//! the camera's `position` and `look_at`, and a stone's shape and `material`. Whatever is wrong is told with
-//! its line, what was written, and what would be right.
+//! the camera's `position` and `look_at`, and a stone's shape and `material`. An error names the
+//! line, what was written, and what would be valid.
 //!
 //! ```
 //! let text = r#"
@@ -33,6 +33,7 @@ mod pose;
 mod setting;
 pub(crate) mod source;
 mod stone;
+mod value;
 mod view;
 
 use crate::{Error, import};
@@ -40,11 +41,12 @@ pub use draft::Draft;
 use fields::{Document, Fields};
 pub use overrides::Override;
 use source::Sources;
+pub use source::{Assets, SourceFile};
 use spectral_core::Warning;
 use spectral_core::film::Film;
 use spectral_core::scene::Scene;
 use spectral_core::settings::RenderSettings;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use toml::de::DeTable;
 
 /// The only version of the format so far.
@@ -53,6 +55,8 @@ pub const FORMAT: i64 = 1;
 /// A scene as its file describes it, with all that it names read in.
 #[derive(Debug, Clone)]
 pub struct LoadedScene {
+    /// The scene file's name, for headers and messages; empty for a scene that was built in code.
+    pub name: String,
     /// What is to be rendered.
     pub scene: Scene,
     /// How.
@@ -62,11 +66,20 @@ pub struct LoadedScene {
     pub backdrop: Option<[f64; 3]>,
     /// What was accepted with a remark.
     pub warnings: Vec<Warning>,
-    /// SHA-256, in hexadecimal, over the scene's text and every file it names, each with its length, in the
+    /// SHA-256, in hexadecimal, over the scene's text and the SHA-256 of every file it names, each with its length, in the
     /// order they are named: the same hash, the same input.
     pub hash: String,
     /// The files that the scene names, in that order.
-    pub files: Vec<PathBuf>,
+    pub files: Vec<SourceFile>,
+}
+
+impl From<Scene> for LoadedScene {
+    /// A scene that was built in code, with the default settings.
+    fn from(scene: Scene) -> Self {
+        let (name, hash) = (String::new(), String::new());
+        let settings = RenderSettings::default();
+        LoadedScene { name, scene, settings, backdrop: None, warnings: Vec::new(), hash, files: Vec::new() }
+    }
 }
 
 /// Reads a scene file and the files it names.
@@ -74,9 +87,7 @@ pub struct LoadedScene {
 /// # Errors
 /// [`Error::File`] if the scene file itself cannot be read, else [`Error::Scene`] with the line.
 pub fn load(path: &Path) -> Result<LoadedScene, Error> {
-    let bytes = import::read_file(path)?;
-    let text = import::text(path, &bytes)?;
-    parse(text, path, path.parent().unwrap_or(Path::new("")))
+    Assets::default().load(path)
 }
 
 /// Reads a scene from its text. `path` names it in messages; the files it names are found from `folder`.
@@ -84,11 +95,34 @@ pub fn load(path: &Path) -> Result<LoadedScene, Error> {
 /// # Errors
 /// [`Error::Scene`] with the line.
 pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Error> {
-    let document = Document { path, text };
-    let table = DeTable::parse(text).map_err(|e| document.toml_error(0, &e))?;
+    Assets::default().parse(text, path, folder)
+}
+
+impl Assets {
+    /// As [`load`], without reading again what the scene before it named.
+    ///
+    /// # Errors
+    /// As [`load`].
+    pub fn load(&mut self, path: &Path) -> Result<LoadedScene, Error> {
+        let bytes = import::read_file(path)?;
+        let text = import::text(path, &bytes)?;
+        self.parse(text, path, path.parent().unwrap_or(Path::new("")))
+    }
+
+    /// As [`parse`], without reading again what the scene before it named.
+    ///
+    /// # Errors
+    /// As [`parse`].
+    pub fn parse(&mut self, text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Error> {
+        read(Document { path, text }, Sources::new(text, folder, self))
+    }
+}
+
+fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> {
+    let Document { path, text } = document;
+    let table = DeTable::parse(text).map_err(|e| document.toml_error(&e))?;
     let root = Fields::new(document, "the scene", 0, table.get_ref());
     check_format(&root)?;
-    let mut sources = Sources::new(text, folder);
     let settings = setting::read(&root)?;
     let mut view = view::read(&root)?;
     let mut environment = light::read(&root, &mut sources, &view.camera)?;
@@ -107,12 +141,15 @@ pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<LoadedScene, Erro
         environment,
         stones,
     };
+    let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let hash = sources.finish();
     Ok(LoadedScene {
+        name,
         scene,
         settings,
         backdrop: view.backdrop,
         warnings: sources.warnings,
-        hash: sources.hash.finish(),
+        hash,
         files: sources.files,
     })
 }

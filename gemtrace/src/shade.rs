@@ -9,10 +9,10 @@
 use crate::Error;
 use accel::{BuildOptions, Bvh, Ray};
 use glam::{DVec2, DVec3, Vec3};
+use rayon::prelude::*;
 use spectral_core::environment::{Environment, Ground, Source};
 use spectral_core::scene::Stone;
 use std::f64::consts::FRAC_PI_4;
-use std::num::NonZero;
 
 /// Cells along each edge of the square: a power of two, so that a light of 1 sums to 1 exactly.
 const CELLS: usize = 32;
@@ -48,8 +48,8 @@ pub fn ground(
         let share = 1.0 - smooth((aside - FADING) / (1.0 - FADING));
         shown(std::array::from_fn(|c| sky.irradiance[c] - share * hidden[c]))
     };
-    let rows = in_parallel(TEXELS, |j| (0..TEXELS).map(|i| texel(i, j)).collect::<Vec<_>>());
-    Ok(Ground::new(height, low.to_array(), step, TEXELS as u32, rows.concat())?)
+    let texels = (0..TEXELS * TEXELS).into_par_iter().map(|k| texel(k % TEXELS, k / TEXELS)).collect();
+    Ok(Ground::new(height, low.to_array(), step, TEXELS as u32, texels)?)
 }
 
 /// From 0 at 0 to 1 at 1, level at both.
@@ -58,15 +58,13 @@ fn smooth(x: f64) -> f64 {
     x * x * (3.0 - 2.0 * x)
 }
 
-/// What `make` makes of each number below `count`, in order.
-fn in_parallel<T: Send>(count: usize, make: impl Fn(usize) -> T + Sync) -> Vec<T> {
-    let workers = std::thread::available_parallelism().map_or(1, NonZero::get).min(count.max(1));
-    let share = |worker: usize| (worker..count).step_by(workers).map(&make).collect::<Vec<T>>();
-    let mut shares: Vec<_> = std::thread::scope(|scope| {
-        let started: Vec<_> = (0..workers).map(|worker| scope.spawn(move || share(worker))).collect();
-        started.into_iter().filter_map(|thread| thread.join().ok()).map(Vec::into_iter).collect()
-    });
-    (0..count).filter_map(|k| shares.get_mut(k % workers)?.next()).collect()
+/// The box around all stones, mm.
+pub(crate) fn bounds(stones: &[Stone]) -> Result<(DVec3, DVec3), spectral_core::Error> {
+    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    stones.iter().try_fold(empty, |(low, high), stone| {
+        let (l, h) = stone.bounds()?;
+        Ok((low.min(l), high.max(h)))
+    })
 }
 
 /// The upper hemisphere in directions of equal weight.
@@ -97,7 +95,7 @@ impl Sky {
             let towards = direction(i as f64 + 0.5, j as f64 + 0.5, cells);
             (towards, sum.map(|s| s / (fine * fine) as f64 * weight))
         };
-        let lights = in_parallel(cells * cells, light);
+        let lights: Vec<_> = (0..cells * cells).into_par_iter().map(light).collect();
         let sum = |sum: [f64; 3], (_, light): &(DVec3, [f64; 3])| std::array::from_fn(|c| sum[c] + light[c]);
         let irradiance = lights.iter().fold([0.0; 3], sum);
         Sky { lights, irradiance }
@@ -138,15 +136,10 @@ struct Scenery {
 
 impl Scenery {
     fn new(stones: &[Stone]) -> Result<Option<Self>, Error> {
-        let mut low = DVec3::INFINITY;
-        let mut high = DVec3::NEG_INFINITY;
-        for stone in stones {
-            let (l, h) = stone.bounds()?;
-            (low, high) = (low.min(l), high.max(h));
-        }
         if stones.is_empty() {
             return Ok(None);
         }
+        let (low, high) = bounds(stones)?;
         let middle = (low + high) / 2.0;
         let (mut positions, mut triangles): (Vec<Vec3>, Vec<[u32; 3]>) = (Vec::new(), Vec::new());
         for stone in stones {

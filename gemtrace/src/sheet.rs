@@ -1,5 +1,6 @@
 //! Several small pictures with their names beneath, as one picture.
 
+use crate::output::Picture;
 use noto_sans_mono_bitmap::{FontWeight, RasterHeight, get_raster, get_raster_width};
 use spectral_core::color::{srgb_decode, srgb_encode};
 
@@ -92,6 +93,11 @@ impl Sheet {
 }
 
 impl Cell {
+    /// A picture as its PNG would show it, with one line beneath.
+    pub fn new(picture: &Picture, label: String) -> Self {
+        Cell { width: picture.film.width(), pixels: picture.rgba(), label: vec![label] }
+    }
+
     fn height(&self) -> usize {
         self.pixels.len() / self.width.max(1) as usize
     }

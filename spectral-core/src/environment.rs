@@ -171,8 +171,8 @@ impl Environment {
     }
 
     /// An image as it stands, under D65.
-    pub fn image(image: LatLong) -> Self {
-        Self::new(Source::Image(Arc::new(image)))
+    pub fn image(image: impl Into<Arc<LatLong>>) -> Self {
+        Self::new(Source::Image(image.into()))
     }
 
     fn new(source: Source) -> Self {

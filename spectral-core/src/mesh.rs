@@ -12,7 +12,7 @@ use crate::{Error, Warning};
 mod convexity;
 mod facet;
 mod placement;
-mod polygon;
+pub mod polygon;
 mod topology;
 mod weld;
 
@@ -196,7 +196,7 @@ impl Mesh {
     pub(crate) fn from_polygons(positions: Vec<DVec3>, polygons: &[Vec<u32>], facets: Vec<Facet>) -> Mesh {
         let (mut triangles, mut facet_of) = (Vec::new(), Vec::new());
         for (k, loop_) in polygons.iter().enumerate() {
-            polygon::triangulate(&positions, loop_, &mut triangles);
+            polygon::triangulate_convex(&positions, loop_, &mut triangles);
             facet_of.resize(triangles.len(), k as u32);
         }
         Mesh { positions, triangles, facet_of, facets, shells: 1, convex: true }

@@ -6,7 +6,7 @@ use backend_cpu::CPU;
 use backend_vulkan::VULKAN;
 use backend_wgpu::{Gpu, WGPU, adapters};
 use gemtrace::registry::{self, Choice, choose_among};
-use gemtrace::rendering::{self, Rendered, Watch};
+use gemtrace::session::{Rendered, Session, Watch};
 use gemtrace_tests::{
     render::render,
     scene::{eye, gem, glass, scene, settings},
@@ -176,7 +176,7 @@ fn rendered(backends: &[Backend], name: &str) -> (Film, Rendered, Log) {
     let (mut film, mut log) = (Film::new(&scene), Log::default());
     let candidates = choose_among(backends, name, None).expect("a device");
     let candidates = candidates.with_patience(Duration::from_secs(2));
-    let rendered = rendering::render(candidates, &scene, &mut film, &OpenOptions::default(), &mut log);
+    let rendered = Session::new(candidates, OpenOptions::default()).fill(&scene, &mut film, &mut log);
     (film, rendered, log)
 }
 

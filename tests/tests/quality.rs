@@ -1,9 +1,8 @@
 //! Samples where the picture needs them: what the qualities promise, and that it stays deterministic.
 
 use gemtrace::{
-    registry,
-    rendering::{self, Watch},
-    scene_file,
+    registry, scene_file,
+    session::{Session, Watch},
 };
 use gemtrace_tests::scene::{eye, gem, material, scene, settings};
 use glam::DVec3;
@@ -57,7 +56,7 @@ fn render(scene: &Arc<PreparedScene>, options: &OpenOptions, breaks: &[usize]) -
     let (mut film, mut rays) = (Film::new(scene), 0);
     for patience in breaks.iter().chain([&usize::MAX]) {
         let candidates = registry::choose("cpu", None).expect("the processor");
-        let rendered = rendering::render(candidates, scene, &mut film, options, &mut Impatient(*patience));
+        let rendered = Session::new(candidates, *options).fill(scene, &mut film, &mut Impatient(*patience));
         assert!(rendered.failure.is_none(), "{:?}", rendered.failure);
         rays += rendered.traced.rays;
     }

@@ -1,15 +1,14 @@
 //! `gemtrace batch`.
 
-use super::{Console, Report, table};
+use super::table;
 use crate::arguments::Rendering;
+use crate::console::{Console, Report};
 use crate::progress::Board;
-use gemtrace::Error;
-use gemtrace::batch::{
-    Observer, Place, Plan, Portion, Shard, Summary, manifest::Done, merge, run as carry_out, sheet, sweep,
-};
+use gemtrace::batch::{Observer, Place, Plan, Summary, manifest::Done, merge, page, run as carry_out, sweep};
 use gemtrace::quantity::{percent, seconds};
-use gemtrace::registry::{Candidates, Choice};
-use gemtrace::rendering::Watch;
+use gemtrace::registry::Choice;
+use gemtrace::shard::Shard;
+use gemtrace::{Error, Session, Watch};
 use serde_json::{Value, json};
 use spectral_core::tracer::Progress;
 use std::ops::ControlFlow;
@@ -26,7 +25,7 @@ pub struct Args {
     pub output: Option<PathBuf>,
     /// Render the i-th of n shares only; auto: the one that Slurm or Kubernetes says, else everything.
     #[arg(long, value_name = "I/N", default_value = "auto")]
-    pub shard: Portion,
+    pub shard: String,
     #[command(flatten)]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
     pub rendering: Rendering,
@@ -41,7 +40,7 @@ pub struct Args {
 /// Renders what is missing of a sweep, or lists it.
 ///
 /// # Errors
-/// [`Error`] of the sweep file, the backend's name or the output folder, before the first ray. Items that fail are told
+/// [`Error`] of the sweep file, the backend's name or the output folder, before the first ray. Items that fail are
 /// in the report's `failure`.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let plan = sweep::load(&args.sweep)?.with(args.rendering.overrides());
@@ -51,11 +50,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     if let Some(name) = &args.show {
         return show(&plan, name);
     }
-    let shard = args.shard.resolve()?;
-    let candidates = args.rendering.candidates()?;
+    let shard = Shard::by_name(&args.shard)?;
+    let mut session = args.rendering.session()?;
     let output = args.output.clone().unwrap_or_else(|| args.sweep.file_stem().unwrap_or_default().into());
-    let place = Place { output, shard, threads: args.rendering.options().threads };
-    render(&plan, &place, candidates, console)
+    render(&plan, &Place { output, shard }, &mut session, console)
 }
 
 /// Carries out a plan and reports on it; all of it, not a shard, has its contact sheet written, too.
@@ -65,13 +63,13 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
 pub fn render(
     plan: &Plan,
     place: &Place,
-    candidates: Candidates,
+    session: &mut Session,
     console: &mut Console,
 ) -> Result<Report, Error> {
     let summary = {
         console.interrupt.heed();
-        let onlooker = &mut Onlooker { console, board: None, announced: false, told: Instant::now() };
-        carry_out(plan, place, candidates, onlooker)?
+        let onlooker = &mut Follower { console, board: None, announced: false, told: Instant::now() };
+        carry_out(plan, place, session, onlooker)?
     };
     let mut failure = summary.failure();
     let mut sheet = None;
@@ -86,19 +84,19 @@ pub fn render(
 }
 
 /// Someone at a console, who sees bars, a line for each picture, and warnings, and may press Ctrl-C.
-struct Onlooker<'a, 'b> {
+struct Follower<'a, 'b> {
     console: &'a mut Console<'b>,
     board: Option<Board>,
     /// Whether it was said which device renders.
     announced: bool,
-    /// When something was last said of the picture in the works.
+    /// When the progress of the current picture was last reported.
     told: Instant,
 }
 
-/// How often a picture in the works is told of where no bar shows it.
+/// How often the progress of a picture is reported where no bar shows it.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-impl Onlooker<'_, '_> {
+impl Follower<'_, '_> {
     /// Writes a line without tearing the bars.
     fn say(&mut self, message: impl std::fmt::Display) {
         let console = &mut *self.console;
@@ -107,13 +105,9 @@ impl Onlooker<'_, '_> {
             None => console.say(message),
         }
     }
-
-    fn heed(&self) -> ControlFlow<()> {
-        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
 }
 
-impl Watch for Onlooker<'_, '_> {
+impl Watch for Follower<'_, '_> {
     fn chosen(&mut self, choice: &Choice) {
         if !std::mem::replace(&mut self.announced, true) {
             self.say(&choice.reason);
@@ -130,7 +124,7 @@ impl Watch for Onlooker<'_, '_> {
                 self.say(format_args!("{place} {share:.0} %"));
             }
         }
-        self.heed()
+        self.console.interrupt.flow()
     }
 
     fn warning(&mut self, message: &str) {
@@ -138,7 +132,7 @@ impl Watch for Onlooker<'_, '_> {
     }
 }
 
-impl Observer for Onlooker<'_, '_> {
+impl Observer for Follower<'_, '_> {
     fn planned(&mut self, items: usize, kept: usize) {
         if kept > 0 {
             self.say(format_args!("{kept} of {items} pictures are there already"));
@@ -149,7 +143,7 @@ impl Observer for Onlooker<'_, '_> {
     fn begin(&mut self, item: &str) -> ControlFlow<()> {
         self.board.iter().for_each(|board| board.begin(item));
         self.told = Instant::now();
-        self.heed()
+        self.console.interrupt.flow()
     }
 
     fn end(&mut self, item: &str, outcome: Result<&Done, &Error>) {
@@ -168,7 +162,7 @@ impl Observer for Onlooker<'_, '_> {
 
 fn write_sheet(folder: &Path) -> Result<PathBuf, Error> {
     let expected = merge::expected(folder)?;
-    sheet::write(folder, &expected.title, &merge::entries(folder, &expected, false)?)
+    page::write(folder, &expected.title, &merge::entries(folder, &expected, false)?)
 }
 
 /// The closing line.

@@ -3,7 +3,7 @@
 //! * `scene`: what is rendered.
 //! * `entrant`: what renders it.
 //! * `measurement`: the rounds, and what they found.
-//! * `table`, `page`: how it is told.
+//! * `table`, `page`: the report as text, JSON and HTML.
 
 mod entrant;
 mod measurement;
@@ -11,8 +11,8 @@ mod page;
 mod scene;
 mod table;
 
-use super::{Console, Report};
 use crate::arguments::parse_size;
+use crate::console::{Console, Report};
 use entrant::{Entrant, entrants};
 use gemtrace::scene_file::Override;
 use gemtrace::{Error, output};
@@ -55,8 +55,8 @@ struct Heat {
 
 /// Measures every scene on every device, or lists them.
 ///
-/// A device that fails has its reason in the report and costs no other its figures; the report's `failure` tells of
-/// it then. After a request to stop the report holds what is complete.
+/// A device that fails does not affect the figures of the others; its reason is in the report and in the report's
+/// `failure`. After a request to stop the report holds what is complete.
 ///
 /// # Errors
 /// [`Error`] of the scenes, the backends' names or the place for the page, all before the first ray;
@@ -84,7 +84,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
                 text += &format!("\nwrote {}", path.display());
                 json["page"] = json!({ "path": path.display().to_string(), "bytes": bytes });
             }
-            // What was measured is told all the same.
+            // What was measured is reported all the same.
             Err(error) => failure = Some(error),
         }
     }

@@ -1,6 +1,6 @@
 //! `gemtrace check`.
 
-use super::{Console, Report};
+use crate::console::{Console, Report};
 use gemtrace::{Error, scene_file};
 use serde_json::{Value, json};
 use spectral_core::film::Film;
@@ -31,7 +31,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let json = json!({
         "scene": args.scene.display().to_string(),
         "hash": loaded.hash,
-        "files": loaded.files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>(),
+        "files": loaded.files.iter().map(|f| f.path.display().to_string()).collect::<Vec<_>>(),
         "settings": gemtrace::output::settings(&scene),
         "stones": stones,
         "film_bytes": film_bytes(&scene),

@@ -2,7 +2,8 @@
 
 mod tier;
 
-use super::{Console, Report, table};
+use super::table;
+use crate::console::{Console, Report};
 use gemtrace::{Error, import, output};
 use serde_json::{Value, json};
 use spectral_core::Warning;

@@ -1,6 +1,7 @@
 //! `gemtrace devices`.
 
-use super::{Report, table};
+use super::table;
+use crate::console::Report;
 use gemtrace::{output, registry};
 use serde_json::{Value, json};
 use spectral_core::tracer::{Backend, DeviceInfo, Unusable};

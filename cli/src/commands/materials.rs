@@ -3,10 +3,11 @@
 mod appearance;
 mod swatch;
 
-use super::still::Means;
-use super::{Console, Report, table};
+use super::table;
+use crate::arguments::{Rendering, parse_stops};
+use crate::console::{Console, Report};
 use appearance::Appearance;
-use gemtrace::plot::{Line, Panel, svg};
+use gemtrace::plot::{Curve, Panel, svg};
 use gemtrace::{Error, output};
 use serde_json::{Value, json};
 use spectral_core::dispersion::{Dispersion, fraunhofer};
@@ -30,7 +31,10 @@ pub struct Args {
     pub nm: Option<Vec<f64>>,
     #[command(flatten, next_help_heading = "How the sheet is rendered")]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
-    pub means: Means,
+    pub rendering: Rendering,
+    /// Brighten the sheet by this many stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: f64,
 }
 
 /// Lists the catalogue, or describes one material.
@@ -40,7 +44,7 @@ pub struct Args {
 /// the plot or the sheet; [`Error`] of the device that renders the sheet.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     if let Some(path) = &args.sheet {
-        let count = swatch::sheet(path, &args.means, console)?;
+        let count = swatch::sheet(path, args, console)?;
         let text = format!("wrote {} – {count} materials", path.display());
         return Ok(Report::new(text, json!({ "output": path.display().to_string(), "materials": count })));
     }
@@ -165,7 +169,7 @@ fn describe(material: &Material, lines: &[(String, f64)]) -> Result<String, Erro
 }
 
 fn plot(material: &Material) -> String {
-    let line = |colour, of: &dyn Fn(f64) -> f64| Line {
+    let line = |colour, of: &dyn Fn(f64) -> f64| Curve {
         label: String::new(),
         colour,
         points: (380..=780).map(|nm| [f64::from(nm), of(f64::from(nm))]).collect(),

@@ -2,18 +2,19 @@
 //!
 //! * `subject`: the stone, from a scene, a cut or a mesh.
 //! * `tilt`: the angles.
-//! * `table`: how the numbers are told.
+//! * `table`: the numbers as text, CSV, JSON and a plot.
 
 mod subject;
 mod table;
 mod tilt;
 
-use super::{Console, Report};
+use crate::arguments::open_options;
+use crate::console::{Console, Report};
 use gemtrace::measure::{Conditions, Hinge, Measurement, Position, sodium};
-use gemtrace::{Error, output, registry};
+use gemtrace::{Error, Session, output, registry};
 use spectral_core::environment::Pattern;
 use spectral_core::settings::Leftover;
-use spectral_core::tracer::OpenOptions;
+use spectral_core::tracer::Progress;
 use spectral_core::wavelength::WavelengthGrid;
 use std::path::PathBuf;
 use subject::Subject;
@@ -91,22 +92,19 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     for path in [&args.csv, &args.svg].into_iter().flatten() {
         output::check(path)?;
     }
-    let device = registry::choose(&args.backend, None)?.next().ok_or_else(|| Error::Render {
-        device: args.backend.clone(),
-        message: "no device of this backend passes its probe".to_owned(),
-    })?;
+    let device = registry::choose(&args.backend, None)?;
     let subject = Subject::new(args)?;
     subject.warnings.iter().for_each(|warning| console.warn(warning));
     let conditions = conditions(args, &subject)?;
-    let options = OpenOptions { threads: args.threads.map(|n| n as usize), ..OpenOptions::default() };
-    let measurement = Measurement::new(&subject.stone, &conditions, device, options)?;
+    let mut session = Session::new(device, open_options(args.threads));
+    let mut measurement = Measurement::new(&subject.stone, &conditions, &mut session)?;
     console.interrupt.heed();
-    let interrupt = console.interrupt;
+    let mut watch = |_: Progress| console.interrupt.flow();
     let positions = args
         .tilt
         .0
         .iter()
-        .map(|&tilt| measurement.at(tilt, &|| interrupt.is_requested()))
+        .map(|&tilt| measurement.at(tilt, &mut watch))
         .collect::<Result<Vec<Position>, Error>>()?;
     if let Some(path) = &args.csv {
         output::write_text(path, &table::csv(&conditions, &positions))?;

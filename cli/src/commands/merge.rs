@@ -1,8 +1,8 @@
 //! `gemtrace merge`.
 
-use super::{Console, Report};
+use crate::console::{Console, Report};
 use gemtrace::batch::{Plan, merge};
-use gemtrace::{Error, share};
+use gemtrace::{Error, part};
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
@@ -18,13 +18,13 @@ pub struct Args {
 /// Checks that all shards are there and whole, and joins them: the manifests of a batch, and parts into pictures.
 ///
 /// # Errors
-/// As [`merge::merge`] and [`share::merge`].
+/// As [`merge::merge`] and [`part::merge`].
 pub fn run(args: &Args, _: &mut Console) -> Result<Report, Error> {
     let mut seen = Vec::new();
     let (mut texts, mut batches, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
     for path in &args.paths {
         if path.is_dir() {
-            let parts = share::pictures(path)?;
+            let parts = part::pictures(path)?;
             if path.join(Plan::FILE).exists() || parts.is_empty() {
                 let (text, json) = batch(path)?;
                 texts.push(text);
@@ -32,13 +32,13 @@ pub fn run(args: &Args, _: &mut Console) -> Result<Report, Error> {
             }
             seen.extend(parts.into_iter().map(|(stem, count)| (path.clone(), stem, count)));
         } else {
-            seen.push(share::picture_of(path)?);
+            seen.push(part::picture_of(path)?);
         }
     }
     seen.sort();
     seen.dedup();
     for (folder, stem, count) in &seen {
-        let files = share::merge(folder, stem, *count)?;
+        let files = part::merge(folder, stem, *count)?;
         let files: Vec<String> = files.iter().map(|path| path.display().to_string()).collect();
         texts.push(format!("joined {count} parts: {}", files.join(", ")));
         pictures.push(json!({ "picture": stem, "parts": count, "outputs": files }));
@@ -52,14 +52,14 @@ fn batch(folder: &Path) -> Result<(String, Value), Error> {
         "{} pictures, all there and whole – {}, {}",
         merged.items,
         merged.manifest.display(),
-        merged.sheet.display()
+        merged.page.display()
     );
     let manifests: Vec<String> = merged.manifests.iter().map(|path| path.display().to_string()).collect();
     let json = json!({
         "items": merged.items,
         "manifests": manifests,
         "manifest": merged.manifest.display().to_string(),
-        "sheet": merged.sheet.display().to_string(),
+        "sheet": merged.page.display().to_string(),
     });
     Ok((text, json))
 }

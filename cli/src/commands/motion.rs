@@ -1,11 +1,13 @@
 //! `gemtrace turntable` and `gemtrace tilt`.
 
-use super::still::{Means, Studio};
-use super::{Console, Report, batch};
-use gemtrace::batch::{Pictures, Place, Portion};
+use super::batch;
+use crate::arguments::{Rendering, parse_stops};
+use crate::console::{Console, Report};
+use gemtrace::batch::{Pictures, Place};
 use gemtrace::output::{Format, animation};
-use gemtrace::scene_file::{self, Draft};
+use gemtrace::scene_file::Draft;
 use gemtrace::sequence::Motion;
+use gemtrace::shard::Shard;
 use gemtrace::{Error, output};
 use serde_json::json;
 use std::path::PathBuf;
@@ -24,7 +26,7 @@ pub struct Frames {
     pub output: Option<PathBuf>,
     /// Render the i-th of n shares of the frames only; auto: the one that Slurm or Kubernetes says, else all.
     #[arg(long, value_name = "I/N", default_value = "auto")]
-    pub shard: Portion,
+    pub shard: String,
     /// Write each frame as EXR, too.
     #[arg(long)]
     pub exr: bool,
@@ -42,7 +44,10 @@ pub struct Frames {
     pub ffmpeg: PathBuf,
     #[command(flatten)]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
-    pub means: Means,
+    pub rendering: Rendering,
+    /// Brighten what is shown by this many stops, the same for all frames; EXRs keep the scene's own values.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: f64,
 }
 
 /// Arguments of `turntable`.
@@ -77,7 +82,7 @@ pub fn turntable(args: &TurntableArgs, console: &mut Console) -> Result<Report, 
 ///
 /// # Errors
 /// [`Error`] of the scene or the outputs, before the first ray. Frames that failed, an interruption and an animation that
-/// could not be written are told in the report's `failure`; what was rendered is there, and the same command goes on from
+/// could not be written are in the report's `failure`; what was rendered is there, and the same command goes on from
 /// it (see [`gemtrace::batch`]).
 pub fn tilt(args: &TiltArgs, console: &mut Console) -> Result<Report, Error> {
     let [from, to] = args.range;
@@ -85,22 +90,23 @@ pub fn tilt(args: &TiltArgs, console: &mut Console) -> Result<Report, Error> {
 }
 
 fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, Error> {
-    let shard = args.shard.resolve()?;
-    let candidates = args.means.rendering.candidates()?;
+    let shard = Shard::by_name(&args.shard)?;
+    let mut session = args.rendering.session()?;
     // As it stands: its faults have the file's lines, those of a frame have none.
-    let mut first = scene_file::load(&args.scene)?;
+    let mut first = session.load(&args.scene)?;
     first.warnings.iter().for_each(|warning| console.warn(warning));
-    Studio::new(&args.means)?.prepare(&mut first)?;
+    args.rendering.overrides().apply(&mut first);
+    session.prepare(&first.scene, &first.settings)?;
     drop(first);
     let draft = Draft::read(&args.scene)?;
     let folder = args.output.clone().unwrap_or_else(|| format!("{}-{}", draft.stem(), motion.name()).into());
     args.apng.iter().chain(&args.mp4).try_for_each(|path| output::check(path))?;
-    let mut pictures = Pictures { exposure: args.means.exposure, ..Pictures::default() };
+    let mut pictures = Pictures::default();
+    pictures.options.exposure = args.exposure;
     pictures.formats.extend(args.exr.then_some(Format::Exr));
-    let rendering = &args.means.rendering;
-    let plan = motion.plan(&draft, args.frames, pictures)?.with(rendering.overrides());
-    let place = Place { output: folder.clone(), shard, threads: rendering.options().threads };
-    let mut report = batch::render(&plan, &place, candidates, console)?;
+    let plan = motion.plan(&draft, args.frames, pictures)?.with(args.rendering.overrides());
+    let place = Place { output: folder.clone(), shard };
+    let mut report = batch::render(&plan, &place, &mut session, console)?;
     let pngs: Vec<PathBuf> =
         plan.items().iter().map(|item| folder.join(format!("{}.png", item.name))).collect();
     if report.failure.is_none() {

@@ -2,24 +2,20 @@
 
 mod outcome;
 
-use super::{Console, Report};
 use crate::arguments::{Rendering, parse_stops};
-use crate::progress::Bar;
-use gemtrace::Error;
-use gemtrace::batch::{Portion, Shard};
-use gemtrace::output::part::Work;
-use gemtrace::output::{self, Depth, Format, Picture, Provenance, Target, Written};
-use gemtrace::registry::{self, Candidates, Choice};
-use gemtrace::rendering::{self, Rendered, Watch};
+use crate::console::{Console, Report};
+use crate::progress::Onlooker;
+use gemtrace::output::{self, Depth, Format, Options, Picture, Target, Written};
+use gemtrace::part::{self, Bands, Contribution};
 use gemtrace::scene_file::{self, LoadedScene};
-use gemtrace::share::{self, Share};
+use gemtrace::session::Rendered;
+use gemtrace::shard::Shard;
+use gemtrace::{Error, Session, registry};
 use outcome::Outcome;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
-use spectral_core::scene::Background;
-use spectral_core::tracer::{Backend, Progress};
-use std::ops::ControlFlow;
+use spectral_core::tracer::Backend;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Instant;
@@ -43,9 +39,9 @@ pub struct Args {
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
     /// Render the i-th of n shares of the picture's rows into NAME.part-I-of-N.exr, for 'gemtrace merge' to join; auto:
-    /// the share that Slurm or Kubernetes says.
+    /// the share that Slurm or Kubernetes gives.
     #[arg(long, value_name = "I/N")]
-    pub shard: Option<Portion>,
+    pub shard: Option<String>,
     /// Bits a channel of the PNG: 8 or 16.
     #[arg(long, value_name = "N", default_value = "8", value_parser = parse_depth)]
     pub bits: Depth,
@@ -57,7 +53,7 @@ pub struct Args {
 ///
 /// # Errors
 /// [`Error`] of the scene, the outputs or the device; [`Error::Interrupted`] if nothing was finished. A
-/// picture that could not be written, or is partial, is told in the report's `failure`.
+/// picture that could not be written, or is partial, is in the report's `failure`.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     run_among(registry::backends(), args, console)
 }
@@ -68,7 +64,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
 /// As [`run`].
 pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Result<Report, Error> {
     let start = Instant::now();
-    let shard = args.shard.map_or(Ok(Shard::WHOLE), Portion::resolve)?;
+    let shard = args.shard.as_deref().map_or(Ok(Shard::WHOLE), Shard::by_name)?;
     let targets = targets(args)?;
     registry::known(backends, &args.rendering.backend)?;
     let mut loaded = load(args)?;
@@ -84,14 +80,19 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
 
     let mut film = Film::new(&scene);
     if !shard.is_whole() {
-        Share::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
+        Bands::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
     }
-    let rendered = trace(args, candidates, &scene, &mut film, console, &mut warnings);
-    // A share is whole or nothing; of a picture that is broken off something can be shown.
+    let mut session = Session::new(candidates, args.rendering.open_options());
+    let mut onlooker = Onlooker::new(console, 1, args.rendering.backend == registry::AUTO);
+    let rendered = session.fill(&scene, &mut film, &mut onlooker);
+    warnings.append(&mut onlooker.warnings);
+    // A part is whole or nothing; of a picture that is broken off something can be shown.
     if !rendered.traced.finished && (!shard.is_whole() || !has_samples(&film)) {
         return Err(rendered.failure.unwrap_or(Error::Interrupted));
     }
-    let written = write(args, shard, &targets, &film, &scene, &loaded, &rendered);
+    let options = Options { space: args.space, depth: args.bits, exposure: args.exposure };
+    let picture = rendered.picture(film, &scene, &loaded, options);
+    let written = write(shard, &targets, &picture, &rendered);
     let outcome = Outcome { scene, rendered, written, warnings, elapsed: start.elapsed() };
     Ok(outcome.report())
 }
@@ -129,90 +130,17 @@ fn prepare(args: &Args, loaded: &LoadedScene) -> Result<PreparedScene, Error> {
     })
 }
 
-/// Someone at a console, who sees warnings and a bar and may press Ctrl-C.
-struct Onlooker<'a, 'b> {
-    console: &'a mut Console<'b>,
-    bar: Bar,
-    warnings: &'a mut Vec<String>,
-    /// Whether the program was to choose the device.
-    auto: bool,
-}
-
-impl Watch for Onlooker<'_, '_> {
-    fn chosen(&mut self, choice: &Choice) {
-        if self.auto {
-            self.console.say(&choice.reason);
-        }
-    }
-
-    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
-        self.console.interrupt.heed();
-        self.bar.set_total(progress.total);
-        self.bar.set(progress.done);
-        if self.console.interrupt.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-
-    fn warning(&mut self, message: &str) {
-        self.console.warn(message);
-        self.warnings.push(message.to_owned());
-    }
-}
-
-fn trace(
-    args: &Args,
-    candidates: Candidates,
-    scene: &Arc<PreparedScene>,
-    film: &mut Film,
-    console: &mut Console,
-    warnings: &mut Vec<String>,
-) -> Rendered {
-    let total = u64::from(scene.width) * u64::from(scene.height) * u64::from(scene.settings.samples);
-    let bar = Bar::new(total, console.quiet);
-    let auto = args.rendering.backend == registry::AUTO;
-    rendering::render(
-        candidates,
-        scene,
-        film,
-        &args.rendering.options(),
-        &mut Onlooker { console, bar, warnings, auto },
-    )
-}
-
 fn has_samples(film: &Film) -> bool {
     (0..film.height()).any(|y| (0..film.width()).any(|x| film.samples(x, y) > 0))
 }
 
-fn write(
-    args: &Args,
-    shard: Shard,
-    targets: &[Target],
-    film: &Film,
-    scene: &PreparedScene,
-    loaded: &LoadedScene,
-    rendered: &Rendered,
-) -> Vec<Written> {
-    let partial = !rendered.traced.finished;
-    let name = args.scene.file_name().unwrap_or_default().to_string_lossy();
-    let provenance =
-        Provenance::new(&name, &loaded.hash, scene, &rendered.devices, &rendered.traced, partial)
-            .with("space", args.space.name().into())
-            .with("exposure", args.exposure.into());
-    let picture = Picture {
-        film,
-        space: args.space,
-        depth: args.bits,
-        exposure: args.exposure,
-        transparent: scene.background == Background::Transparent,
-        backdrop: loaded.backdrop,
-        wavelengths: scene.settings.wavelengths.nm(),
-        provenance: &provenance,
-    };
+fn write(shard: Shard, targets: &[Target], picture: &Picture, rendered: &Rendered) -> Vec<Written> {
     if !shard.is_whole() {
-        let work = Work::new(&rendered.devices, &rendered.traced);
-        return vec![share::write(shard, targets, &picture, work).into()];
+        let work = Contribution::new(&rendered.devices, &rendered.traced);
+        return vec![part::write(shard, targets, picture, work).into()];
     }
     let partials: Vec<Target> = targets.iter().map(Target::partial).collect();
-    output::write_all(if partial { &partials } else { targets }, &picture)
+    output::write_all(if rendered.traced.finished { targets } else { &partials }, picture)
 }
 
 /// What a person should know who asks for a space that PNG cannot carry.
@@ -226,9 +154,6 @@ fn parse_space(name: &str) -> Result<RgbSpace, String> {
 }
 
 fn parse_depth(text: &str) -> Result<Depth, String> {
-    match text {
-        "8" => Ok(Depth::Eight),
-        "16" => Ok(Depth::Sixteen),
-        _ => Err("a PNG has 8 or 16 bits a channel".to_owned()),
-    }
+    let depth = text.parse().ok().and_then(Depth::of_bits);
+    depth.ok_or_else(|| "a PNG has 8 or 16 bits a channel".to_owned())
 }

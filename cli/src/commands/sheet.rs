@@ -1,12 +1,13 @@
 //! `gemtrace sheet`: one scene in several sizes, as one picture.
 
-use super::still::{self, Means, Studio};
-use super::{Console, Report};
+use crate::arguments::{Rendering, parse_stops};
+use crate::console::{Console, Report};
+use crate::progress::Onlooker;
 use clap::Subcommand;
 use gemtrace::quantity::seconds;
-use gemtrace::scene_file::{self, Draft};
+use gemtrace::scene_file::Draft;
 use gemtrace::sheet::{Cell, Sheet};
-use gemtrace::{Error, output};
+use gemtrace::{Error, output, registry};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -39,7 +40,10 @@ pub struct SizesArgs {
     pub output: Option<PathBuf>,
     #[command(flatten)]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
-    pub means: Means,
+    pub rendering: Rendering,
+    /// Brighten what is shown by this many stops, the same for all pictures.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
+    pub exposure: f64,
 }
 
 /// Pictures side by side before a new row begins.
@@ -52,8 +56,9 @@ const COLUMNS: usize = 4;
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let Kind::Sizes(args) = &args.kind;
     let start = Instant::now();
-    let mut studio = Studio::new(&args.means)?;
-    let mut first = scene_file::load(&args.scene)?;
+    let mut session = args.rendering.session()?;
+    session.output.exposure = args.exposure;
+    let first = session.load(&args.scene)?;
     first.warnings.iter().for_each(|warning| console.warn(warning));
     if first.scene.stones.is_empty() {
         return Err(Error::file(&args.scene, "a sheet of sizes needs a stone; this scene has none"));
@@ -61,14 +66,18 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let draft = Draft::read(&args.scene)?;
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}-sizes.png", draft.stem())));
     output::check(&path)?;
-    let bar = still::bar(&studio.prepare(&mut first)?, args.sizes.len() as u32, console.quiet);
+    drop(first);
+    let announce = args.rendering.backend == registry::AUTO;
+    let mut onlooker = Onlooker::new(console, args.sizes.len(), announce);
     let mut cells = Vec::new();
-    for (i, &size) in args.sizes.iter().enumerate() {
-        let still = studio.take(draft.with("pose", "size", size).load()?, console, &bar, i as u32)?;
-        let pixels = still.rgba(args.means.exposure);
-        cells.push(Cell { width: still.scene.width, pixels, label: vec![format!("{size} mm")] });
+    for &size in &args.sizes {
+        let mut loaded = draft.with("pose", "size", size).load(&mut session.assets)?;
+        args.rendering.overrides().apply(&mut loaded);
+        let picture = session.render_watched(loaded, &mut onlooker)?;
+        cells.push(Cell::new(&picture, format!("{size} mm")));
+        onlooker.next();
     }
-    drop(bar);
+    drop(onlooker);
     let sheet = Sheet::new(&cells, COLUMNS);
     let bytes = output::write_rgb(&path, sheet.width, &sheet.pixels)?;
     let text = format!("wrote {} – {} sizes in {}", path.display(), cells.len(), seconds(start.elapsed()));

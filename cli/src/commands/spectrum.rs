@@ -1,9 +1,10 @@
 //! `gemtrace spectrum`.
 
-mod batch;
+mod list;
 
-use super::{Report, table};
-use gemtrace::plot::{Line, Panel, svg};
+use super::table;
+use crate::console::Report;
+use gemtrace::plot::{Curve, Panel, svg};
 use gemtrace::{Error, output};
 use serde_json::json;
 use spectral_core::cie::Illuminant;
@@ -25,7 +26,7 @@ pub struct Args {
     /// Stop when the summed error, relative to the largest component, is at most this.
     #[arg(long, value_name = "ERROR", default_value_t = 1e-6)]
     pub tolerance: f64,
-    /// Stop after so many sweeps in any case.
+    /// Stop after this many sweeps in any case.
     #[arg(long, value_name = "N", default_value_t = Stop::default().max_sweeps)]
     pub sweeps: u32,
     /// Write a plot of the spectrum here.
@@ -43,7 +44,7 @@ pub fn run(args: &Args) -> Result<Report, Error> {
     let response = Response::new(&grid)?;
     let stop = Stop { tolerance: args.tolerance, max_sweeps: args.sweeps };
     if let Some(path) = &args.list {
-        return batch::run(path, &grid, &response, stop);
+        return list::run(path, &grid, &response, stop);
     }
     let rgb = <[f64; 3]>::try_from(args.rgb.as_slice())
         .map_err(|_| Error::Usage("a colour is three numbers: red, green and blue".to_owned()))?;
@@ -82,7 +83,7 @@ fn describe(grid: &WavelengthGrid, refined: &Refinement, shown: [f64; 3]) -> Str
 }
 
 fn plot(rgb: [f64; 3], grid: &WavelengthGrid, refined: &Refinement) -> String {
-    let line = |label: &str, colour, of: &dyn Fn(f64, f64) -> f64| Line {
+    let line = |label: &str, colour, of: &dyn Fn(f64, f64) -> f64| Curve {
         label: label.to_owned(),
         colour,
         points: grid.nm().iter().zip(&refined.spectrum).map(|(&nm, &value)| [nm, of(nm, value)]).collect(),

@@ -1,7 +1,7 @@
 //! Killed at any moment, a batch goes on where it was.
 
 use super::support::{Workplace, pictures};
-use gemtrace::batch::manifest::Line;
+use gemtrace::batch::manifest::Event;
 use std::collections::HashMap;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -47,7 +47,7 @@ fn a_killed_batch_goes_on_and_renders_nothing_twice_but_what_was_in_flight() {
     assert!(pictures(&place.path("out")) == pictures(&place.path("calm")), "the pictures differ");
     let (mut begun, mut done) = (HashMap::<String, u32>::new(), HashMap::<String, u32>::new());
     for line in place.lines("out") {
-        let counts = if matches!(line, Line::Started { .. }) { &mut begun } else { &mut done };
+        let counts = if matches!(line, Event::Started { .. }) { &mut begun } else { &mut done };
         *counts.entry(line.item().to_owned()).or_default() += 1;
     }
     assert!(done.len() == 12 && done.values().all(|count| *count == 1), "{done:?}");
@@ -68,7 +68,7 @@ fn a_scheduler_that_asks_to_stop_is_heeded() {
     }
     assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
-    let begun = |line: &&Line| matches!(line, Line::Started { .. });
+    let begun = |line: &&Event| matches!(line, Event::Started { .. });
     let (lines, done) = (place.lines("out"), place.done("out"));
     assert_eq!(lines.iter().filter(begun).count(), done.len() + 1);
     assert_eq!(pictures(&place.path("out")).len(), done.len());

@@ -1,7 +1,7 @@
 //! Shards, which share nothing but the output folder.
 
 use super::support::{Workplace, pictures};
-use gemtrace::batch::manifest::{Done, Line, read};
+use gemtrace::batch::manifest::{Done, Event, read};
 use std::path::Path;
 use std::process::Command;
 
@@ -27,7 +27,7 @@ fn shards_make_what_one_machine_makes() {
     // The joined manifest is that of the one machine, item by item.
     let items = |name: &str| -> Vec<_> {
         let done = |line| {
-            if let Line::Done(done) = line { Some(timeless(*done)) } else { None }
+            if let Event::Done(done) = line { Some(timeless(*done)) } else { None }
         };
         read(&place.path(name)).unwrap().into_iter().filter_map(done).collect()
     };

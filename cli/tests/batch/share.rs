@@ -2,7 +2,7 @@
 
 use super::support::{BASE, Workplace, command};
 use gemtrace::Error;
-use gemtrace_cli::commands::Report;
+use gemtrace_cli::console::Report;
 
 fn render(place: &Workplace, output: &str, options: &[&str]) -> Result<Report, Error> {
     let path = |name: String| place.path(&name).display().to_string();

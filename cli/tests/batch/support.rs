@@ -2,9 +2,9 @@
 
 use clap::Parser as _;
 use gemtrace::Error;
-use gemtrace::batch::manifest::{self, Done, Line};
-use gemtrace_cli::commands::{Cli, Console, Report, run};
-use gemtrace_cli::progress::Interrupt;
+use gemtrace::batch::manifest::{self, Done, Event};
+use gemtrace_cli::commands::{Cli, run};
+use gemtrace_cli::console::{Console, Interrupt, Report};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use tempfile::TempDir;
@@ -80,14 +80,14 @@ impl Workplace {
     }
 
     /// All lines of all manifests.
-    pub fn lines(&self, output: &str) -> Vec<Line> {
+    pub fn lines(&self, output: &str) -> Vec<Event> {
         let all = manifest::all(&self.path(output)).unwrap();
         all.iter().flat_map(|(_, path)| manifest::read(path).unwrap()).collect()
     }
 
     /// The items that are done, in the order in which they were.
     pub fn done(&self, output: &str) -> Vec<Done> {
-        let done = |line: Line| if let Line::Done(done) = line { Some(*done) } else { None };
+        let done = |line: Event| if let Event::Done(done) = line { Some(*done) } else { None };
         self.lines(output).into_iter().filter_map(done).collect()
     }
 }

@@ -2,17 +2,18 @@
 
 use super::support::{Workplace, pictures};
 use backend_cpu::CPU;
-use gemtrace::batch::manifest::Line;
-use gemtrace::batch::{Place, Shard, sweep};
-use gemtrace::registry;
-use gemtrace_cli::commands::{Console, Report, batch};
-use gemtrace_cli::progress::Interrupt;
-use spectral_core::tracer::{Backend, DeviceInfo};
+use gemtrace::batch::manifest::Event;
+use gemtrace::batch::{Place, sweep};
+use gemtrace::shard::Shard;
+use gemtrace::{Session, registry};
+use gemtrace_cli::commands::batch;
+use gemtrace_cli::console::{Console, Interrupt, Report};
+use spectral_core::tracer::{Backend, DeviceInfo, OpenOptions};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 fn failed(place: &Workplace) -> Vec<(String, String)> {
     let failed = |line| match line {
-        Line::Failed { item, message, .. } => Some((item, message)),
+        Event::Failed { item, message, .. } => Some((item, message)),
         _ => None,
     };
     place.lines("out").into_iter().filter_map(failed).collect()
@@ -125,19 +126,22 @@ fn a_scene_that_makes_no_sense_is_that_items_failure() {
     assert!(failed[1].0 == "slip" && failed[1].1.contains("did you mean 'samples'?"), "{failed:?}");
 }
 
-/// How often [`CARD`] has been opened.
-static OPENED: AtomicU32 = AtomicU32::new(0);
+/// How often a scene was loaded onto [`CARD`].
+static LOADED: AtomicU32 = AtomicU32::new(0);
 
-/// The processor under another name, which cannot be opened for the third picture and those after the sixth.
+/// The processor under another name, which is lost at the third picture and at those after the sixth.
 const CARD: Backend = Backend {
     name: "card",
     devices: || vec![DeviceInfo { backend: "card", name: "card".into(), ..(CPU.devices)().remove(0) }],
-    open: |device, options| match OPENED.fetch_add(1, Relaxed) {
-        2 | 6.. => {
-            let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
-            Err(spectral_core::Error::Device { device, message })
-        }
-        _ => (CPU.open)(device, options),
+    open: |device, options| {
+        let mut cpu = (CPU.open)(device, options)?;
+        Ok(Box::new(move |scene| match LOADED.fetch_add(1, Relaxed) {
+            2 | 6.. => {
+                let (device, message) = ("card".to_owned(), "the device was lost".to_owned());
+                Err(spectral_core::Error::Device { device, message })
+            }
+            _ => cpu.load(scene),
+        }))
     },
     ..CPU
 };
@@ -148,10 +152,11 @@ fn a_named_device_is_asked_again_for_every_picture() {
     let plan = sweep::load(&place.path("sweep.toml")).unwrap();
     let run = |name: &str| -> (Report, String) {
         let candidates = registry::choose_among(&[CPU, CARD], name, None).unwrap();
+        let mut session = Session::new(candidates, OpenOptions::default());
         let (mut log, interrupt) = (Vec::new(), Interrupt::default());
         let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
-        let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
-        let report = batch::render(&plan, &there, candidates, &mut console).unwrap();
+        let there = Place { output: place.path("out"), shard: Shard::WHOLE };
+        let report = batch::render(&plan, &there, &mut session, &mut console).unwrap();
         (report, String::from_utf8(log).unwrap())
     };
     let (Report { json, .. }, log) = run("card");
@@ -166,11 +171,11 @@ fn a_named_device_is_asked_again_for_every_picture() {
 fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
     let place = Workplace::new();
     let plan = sweep::load(&place.path("sweep.toml")).unwrap();
-    let candidates = registry::choose("cpu", None).unwrap();
+    let mut session = Session::open("cpu").unwrap();
     let (mut log, interrupt) = (Vec::new(), Interrupt::default());
     interrupt.request();
     let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
-    let there = Place { output: place.path("out"), shard: Shard::WHOLE, threads: None };
-    let report = batch::render(&plan, &there, candidates, &mut console).unwrap();
+    let there = Place { output: place.path("out"), shard: Shard::WHOLE };
+    let report = batch::render(&plan, &there, &mut session, &mut console).unwrap();
     assert_eq!((&report.json["rendered"], report.failure), (&0.into(), Some(gemtrace::Error::Interrupted)));
 }

@@ -3,7 +3,7 @@
 use super::support::{Workplace, command, command_with};
 use base64::Engine as _;
 use gemtrace::Error;
-use gemtrace_cli::progress::Interrupt;
+use gemtrace_cli::console::Interrupt;
 use serde_json::Value;
 use std::time::Duration;
 

@@ -1,7 +1,7 @@
 //! The commands that describe.
 
 use super::support::{Workplace, command, command_with, cut};
-use gemtrace_cli::progress::Interrupt;
+use gemtrace_cli::console::Interrupt;
 use serde_json::Value;
 use spectral_core::color::Response;
 use spectral_core::wavelength::WavelengthGrid;

@@ -5,8 +5,8 @@ use super::support::{SCENE, Workplace};
 use backend_cpu::CPU;
 use clap::Parser as _;
 use gemtrace::Error;
-use gemtrace_cli::commands::{Cli, Command, Console, render};
-use gemtrace_cli::progress::Interrupt;
+use gemtrace_cli::commands::{Cli, Command, render};
+use gemtrace_cli::console::{Console, Interrupt};
 use spectral_core::film::Film;
 use spectral_core::tracer::{Backend, DeviceInfo, Progress, TraceFailure, TraceReport, Tracer};
 use std::ops::{ControlFlow, Range};
@@ -88,7 +88,7 @@ fn a_link_stays_a_link_and_its_file_is_replaced() {
 }
 
 /// Renders far too many samples and asks to stop after `wait`.
-fn stopped(place: &Workplace, wait: Duration) -> (Result<gemtrace_cli::commands::Report, Error>, Duration) {
+fn stopped(place: &Workplace, wait: Duration) -> (Result<gemtrace_cli::console::Report, Error>, Duration) {
     let interrupt = Interrupt::default();
     let asked = std::thread::scope(|scope| {
         let asker = scope.spawn(|| {

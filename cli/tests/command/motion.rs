@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 const QUICK: [&str; 4] = ["--backend=cpu", "--samples=1", "--size=12x8", "--frames=3"];
 
-fn run(place: &Workplace, motion: &str, options: &[String]) -> Result<gemtrace_cli::commands::Report, Error> {
+fn run(place: &Workplace, motion: &str, options: &[String]) -> Result<gemtrace_cli::console::Report, Error> {
     let scene = place.path("tiny.toml").display().to_string();
     let mut arguments = vec![motion, scene.as_str()];
     arguments.extend(QUICK);

@@ -2,11 +2,10 @@
 
 use super::read::Png;
 use super::support::{SCENE, Workplace};
+use gemtrace::Session;
 use gemtrace::scene_file::{self, LoadedScene};
-use gemtrace::{registry, rendering};
 use spectral_core::film::Film;
 use spectral_core::prepare::{Geometry, PreparedScene};
-use spectral_core::tracer::OpenOptions;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -48,11 +47,7 @@ fn prepare(loaded: &LoadedScene) -> Arc<PreparedScene> {
 
 fn film(loaded: &LoadedScene, backend: &str) -> Film {
     let scene = prepare(loaded);
-    let mut film = Film::new(&scene);
-    let candidates = registry::choose(backend, None).unwrap();
-    let rendered = rendering::render(candidates, &scene, &mut film, &OpenOptions::default(), &mut ());
-    assert!(rendered.traced.finished, "{:?}", rendered.failure);
-    film
+    Session::open(backend).unwrap().film(&scene, &mut ()).unwrap().0
 }
 
 /// Whether two scenes are the same but for rounding.

@@ -6,8 +6,8 @@
 //! is then as if it were not there. Whoever looks for what is done reads all manifests of a folder, so that another
 //! number of shards finds what an earlier one left.
 
-use super::Shard;
-use crate::scene_file::source::sha256;
+use crate::scene_file::{SourceFile, source::sha256};
+use crate::shard::Shard;
 use crate::{Error, import};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 /// One line of a manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "status", rename_all = "lowercase")]
-pub enum Line {
+pub enum Event {
     /// Work on an item has begun. With no other line after it, the process ended before the item did.
     Started {
         /// The item's name.
@@ -103,13 +103,20 @@ pub struct FileRecord {
 }
 
 impl FileRecord {
-    /// The record of a file as it is now; `path` is told, `place` is where it is.
+    /// The record of a file as it is now; `path` is what is recorded, `place` is where it is.
     ///
     /// # Errors
     /// [`Error::File`] if it cannot be read.
     pub fn of(path: &str, place: &Path) -> Result<Self, Error> {
         let contents = import::read_file(place)?;
         Ok(FileRecord { path: path.to_owned(), bytes: contents.len() as u64, sha256: sha256(&contents) })
+    }
+
+    /// The record of a file that a scene names; its path is relative to `folder` where it is below it.
+    pub fn of_source(file: &SourceFile, folder: &Path) -> Self {
+        let path = file.path.strip_prefix(folder).unwrap_or(&file.path);
+        let path = path.to_string_lossy().replace('\\', "/");
+        FileRecord { path, bytes: file.bytes, sha256: file.sha256.clone() }
     }
 
     /// Whether the file is still as it was.
@@ -119,20 +126,20 @@ impl FileRecord {
     }
 }
 
-impl Line {
+impl Event {
     /// The item that it is about.
     pub fn item(&self) -> &str {
         match self {
-            Line::Started { item, .. } | Line::Failed { item, .. } => item,
-            Line::Done(done) => &done.item,
+            Event::Started { item, .. } | Event::Failed { item, .. } => item,
+            Event::Done(done) => &done.item,
         }
     }
 
     /// What the item was made from; see [`Plan::identity`](super::Plan::identity).
     pub fn identity(&self) -> &str {
         match self {
-            Line::Started { identity, .. } | Line::Failed { identity, .. } => identity,
-            Line::Done(done) => &done.identity,
+            Event::Started { identity, .. } | Event::Failed { identity, .. } => identity,
+            Event::Done(done) => &done.identity,
         }
     }
 }
@@ -178,7 +185,7 @@ pub fn all(folder: &Path) -> Result<Vec<(Shard, PathBuf)>, Error> {
 ///
 /// # Errors
 /// [`Error::File`] if it cannot be read.
-pub fn read(path: &Path) -> Result<Vec<Line>, Error> {
+pub fn read(path: &Path) -> Result<Vec<Event>, Error> {
     let bytes = import::read_file(path)?;
     Ok(bytes.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok()).collect())
 }
@@ -187,8 +194,8 @@ pub fn read(path: &Path) -> Result<Vec<Line>, Error> {
 ///
 /// # Errors
 /// [`Error::File`] if one cannot be read.
-pub fn read_all(folder: &Path) -> Result<HashMap<String, Vec<Line>>, Error> {
-    let mut known: HashMap<String, Vec<Line>> = HashMap::new();
+pub fn read_all(folder: &Path) -> Result<HashMap<String, Vec<Event>>, Error> {
+    let mut known: HashMap<String, Vec<Event>> = HashMap::new();
     for (_, path) in all(folder)? {
         for line in read(&path)? {
             known.entry(line.item().to_owned()).or_default().push(line);
@@ -244,7 +251,7 @@ impl Manifest {
     ///
     /// # Errors
     /// [`Error::Output`], with a full disk for example.
-    pub fn append(&mut self, line: &Line) -> Result<(), Error> {
+    pub fn append(&mut self, line: &Event) -> Result<(), Error> {
         match serde_json::to_string(line) {
             Ok(text) => self.pending += &(text + "\n"),
             Err(e) => return Err(Error::output(&self.path, format!("cannot be written ({e})"))),
@@ -279,8 +286,8 @@ impl Manifest {
 mod tests {
     use super::*;
 
-    fn started(item: &str) -> Line {
-        Line::Started { item: item.into(), identity: "0".into() }
+    fn started(item: &str) -> Event {
+        Event::Started { item: item.into(), identity: "0".into() }
     }
 
     #[test]

@@ -1,7 +1,8 @@
-//! Whether all of a plan is there and whole, whoever rendered it.
+//! Checks that all pictures of a plan are there and complete, and joins what several machines rendered.
 
-use super::manifest::{self, Done, Line};
-use super::{Plan, Shard, sheet};
+use super::manifest::{self, Done, Event};
+use super::{Plan, page};
+use crate::shard::Shard;
 use crate::{Error, import, output};
 use serde::Deserialize;
 use serde_json::{Map, Value};
@@ -17,7 +18,7 @@ pub struct Expected {
     pub items: Vec<ExpectedItem>,
 }
 
-/// An item as [`Plan::FILE`] tells of it.
+/// An item as [`Plan::FILE`] describes it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct ExpectedItem {
     /// Its name.
@@ -30,7 +31,7 @@ pub struct ExpectedItem {
     pub files: Vec<String>,
 }
 
-/// An item and what became of it.
+/// An item and its outcome.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Entry {
     /// The item.
@@ -48,8 +49,8 @@ pub struct Merged {
     pub manifests: Vec<PathBuf>,
     /// The joined one.
     pub manifest: PathBuf,
-    /// The contact sheet.
-    pub sheet: PathBuf,
+    /// The contact sheet, a page.
+    pub page: PathBuf,
 }
 
 /// Makes sure that every picture of a folder's plan is there and whole, joins the manifests into `manifest.jsonl`, one
@@ -67,20 +68,20 @@ pub fn merge(folder: &Path) -> Result<Merged, Error> {
     if !missing.is_empty() {
         return Err(Error::Items(complaint(&missing, entries.len(), &manifests)));
     }
-    let lines = entries.iter().filter_map(|entry| entry.outcome.clone().ok()).map(Line::Done);
+    let lines = entries.iter().filter_map(|entry| entry.outcome.clone().ok()).map(Event::Done);
     let manifest = folder.join(manifest::name(Shard::WHOLE));
     let text: Result<Vec<String>, _> = lines.map(|line| serde_json::to_string(&line)).collect();
     let text = text.map_err(|e| Error::output(&manifest, format!("cannot be written ({e})")))?;
     remove_leftovers(folder);
     output::write_text(&manifest, &(text.join("\n") + "\n"))?;
-    let sheet = sheet::write(folder, &expected.title, &entries)?;
+    let page = page::write(folder, &expected.title, &entries)?;
     let manifests = manifests.into_iter().map(|(_, path)| path).collect();
-    Ok(Merged { items: entries.len(), manifests, manifest, sheet })
+    Ok(Merged { items: entries.len(), manifests, manifest, page })
 }
 
 /// Removes what killed processes left of the files that are written for the whole; to be called where no shard writes.
 pub(super) fn remove_leftovers(folder: &Path) {
-    let names = [Plan::FILE, sheet::FILE, &manifest::name(Shard::WHOLE)].map(|name| folder.join(name));
+    let names = [Plan::FILE, page::FILE, &manifest::name(Shard::WHOLE)].map(|name| folder.join(name));
     output::remove_leftovers(&names);
 }
 
@@ -98,7 +99,7 @@ pub fn expected(folder: &Path) -> Result<Expected, Error> {
     serde_json::from_slice(&bytes).map_err(|e| Error::file(path, format!("this is no plan of a batch ({e})")))
 }
 
-/// What became of every item, by the manifests; with `check`, also by the pictures themselves.
+/// The outcome of every item by the manifests; with `check`, the pictures are compared, too.
 ///
 /// # Errors
 /// [`Error::File`] if a manifest cannot be read.
@@ -111,24 +112,24 @@ pub fn entries(folder: &Path, expected: &Expected, check: bool) -> Result<Vec<En
     Ok(expected.items.iter().map(entry).collect())
 }
 
-fn outcome(folder: &Path, item: &ExpectedItem, lines: &[Line], check: bool) -> Result<Box<Done>, String> {
+fn outcome(folder: &Path, item: &ExpectedItem, lines: &[Event], check: bool) -> Result<Box<Done>, String> {
     let mut reason = "never begun".to_owned();
     for line in lines.iter().rev() {
         if line.identity() != item.identity {
             continue;
         }
         match line {
-            Line::Done(done) => {
+            Event::Done(done) => {
                 match done.outputs.iter().find(|o| check && !o.holds(&folder.join(&o.path))) {
                     None => return Ok(done.clone()),
                     Some(bad) => return Err(format!("{} is gone, or not what was written", bad.path)),
                 }
             }
-            Line::Failed { message, .. } => return Err(format!("failed: {message}")),
-            Line::Started { .. } => reason = "begun, but its process ended before it was done".to_owned(),
+            Event::Failed { message, .. } => return Err(format!("failed: {message}")),
+            Event::Started { .. } => reason = "begun, but its process ended before it was done".to_owned(),
         }
     }
-    let other = lines.iter().any(|line| matches!(line, Line::Done(done) if done.identity != item.identity));
+    let other = lines.iter().any(|line| matches!(line, Event::Done(done) if done.identity != item.identity));
     let stale = "rendered from another version of the scene or by another version of the program";
     Err(if other && reason == "never begun" { stale.to_owned() } else { reason })
 }
@@ -140,7 +141,7 @@ fn complaint(missing: &[(usize, &Entry)], items: usize, manifests: &[(Shard, Pat
     let mut counts: Vec<u32> =
         manifests.iter().map(|(shard, _)| shard.count()).filter(|count| *count > 1).collect();
     counts.dedup();
-    // Where several numbers of shards have been at work, none of them can be told to be at fault.
+    // Where runs with different numbers of shards took part, it is unknown which of them is incomplete.
     let count = if let [count] = counts.as_slice() { Some(*count) } else { None };
     let mut text = format!("{} of {items} items are missing", missing.len());
     let absent: HashMap<Shard, String> = (0..count.unwrap_or(0))

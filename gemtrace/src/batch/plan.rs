@@ -1,11 +1,10 @@
 //! What is to be rendered: named scenes.
 
 use crate::Error;
-use crate::output::{Depth, Format};
+use crate::output::{Format, Options};
 use crate::scene_file::Override;
 use crate::scene_file::source::Hash;
 use serde_json::{Map, Value, json};
-use spectral_core::color::RgbSpace;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -26,19 +25,14 @@ pub struct Item {
 pub struct Pictures {
     /// The files made of each item.
     pub formats: Vec<Format>,
-    /// The colour space of the EXR, and of the PNG as far as PNG can say so.
-    pub space: RgbSpace,
-    /// Bits a channel of the PNG.
-    pub depth: Depth,
-    /// Stops that the PNG is brightened by.
-    pub exposure: f64,
+    /// Colour space, bits and exposure.
+    pub options: Options,
 }
 
 impl Default for Pictures {
     /// PNG of 8 bits in sRGB.
     fn default() -> Self {
-        let (space, depth) = (RgbSpace::Srgb, Depth::Eight);
-        Pictures { formats: vec![Format::Png], space, depth, exposure: 0.0 }
+        Pictures { formats: vec![Format::Png], options: Options::default() }
     }
 }
 
@@ -182,9 +176,9 @@ impl Pictures {
         let formats: Vec<&str> = self.formats.iter().map(|format| format.extension()).collect();
         json!({
             "formats": formats,
-            "space": self.space.name(),
-            "bits": match self.depth { Depth::Eight => 8, Depth::Sixteen => 16 },
-            "exposure": self.exposure,
+            "space": self.options.space.name(),
+            "bits": self.options.depth.bits(),
+            "exposure": self.options.exposure,
         })
     }
 }

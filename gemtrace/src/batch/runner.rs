@@ -1,21 +1,14 @@
 //! A plan carried out: what is missing or has changed, item by item.
 
-use super::manifest::{self, Done, FileRecord, Line, Manifest, Seconds};
-use super::{Item, Plan, Shard, merge};
+use super::manifest::{self, Done, Event, FileRecord, Manifest, Seconds};
+use super::{Item, Plan, merge};
 use crate::Error;
-use crate::output::{self, Picture, Provenance, Target};
-use crate::registry::{Candidates, Choice};
-use crate::rendering::{self, Rendered, Watch};
-use crate::scene_file::{self, LoadedScene};
-use serde_json::json;
-use spectral_core::film::Film;
-use spectral_core::prepare::PreparedScene;
-use spectral_core::scene::Background;
-use spectral_core::tracer::{OpenOptions, Progress};
+use crate::output::{self, Picture, Target};
+use crate::session::{Session, Watch};
+use crate::shard::Shard;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// Where a plan is carried out, and how much of it.
@@ -25,11 +18,9 @@ pub struct Place {
     pub output: PathBuf,
     /// The share of the items to render.
     pub shard: Shard,
-    /// Worker threads; `None` takes one a core. The pictures are the same for any number.
-    pub threads: Option<usize>,
 }
 
-/// What became of a plan.
+/// The outcome of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     /// Items in the shard.
@@ -40,7 +31,7 @@ pub struct Summary {
     pub rendered: usize,
     /// The ones that failed, each with the reason.
     pub failed: Vec<(String, Error)>,
-    /// Whether somebody asked to stop; what was in the works is then neither rendered nor failed.
+    /// Whether the observer stopped it; the item at hand then counts neither as rendered nor as failed.
     pub interrupted: bool,
     /// Why not all of this is in the manifest.
     pub unrecorded: Option<Error>,
@@ -49,7 +40,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// What the whole comes to: an interruption, or the items that failed.
+    /// The outcome as one error: an interruption, or the items that failed.
     pub fn failure(&self) -> Option<Error> {
         if self.interrupted {
             return Some(Error::Interrupted);
@@ -87,15 +78,14 @@ impl Observer for () {}
 /// Renders the items of a shard that are not there yet, and records each in the manifest. An item is there if a manifest
 /// of the folder says that it was made from the same scene and the same files, and its pictures are what they were.
 ///
-/// An item that fails is recorded, and the next one begun. The first candidate renders everything; if it fails, the next
-/// one carries on, with this item and all that follow.
+/// An item that fails is recorded, and the next one begun.
 ///
 /// # Errors
 /// [`Error::Output`] where the folder or the manifest cannot be written to at all. Everything else is in the summary.
 pub fn run(
     plan: &Plan,
     place: &Place,
-    candidates: Candidates,
+    session: &mut Session,
     observer: &mut dyn Observer,
 ) -> Result<Summary, Error> {
     let start = Instant::now();
@@ -112,8 +102,8 @@ pub fn run(
 
     let kept = items - todo.len();
     observer.planned(items, kept);
-    let devices = Devices { current: None, rest: candidates };
-    let mut worker = Worker { plan, place, manifest, devices, observer, digests: HashMap::new() };
+    session.output = plan.pictures().options;
+    let mut worker = Worker { plan, place, manifest, session, observer };
     let mut summary = Summary { items, kept, ..Summary::default() };
     for task in &todo {
         if worker.observer.begin(&task.item.name).is_break() {
@@ -122,7 +112,10 @@ pub fn run(
         }
         match worker.work(task) {
             Ok(()) => summary.rendered += 1,
-            Err(Error::Interrupted) => summary.interrupted = true,
+            Err(Error::Interrupted) => {
+                summary.interrupted = true;
+                break;
+            }
             Err(error) => summary.failed.push((task.item.name.clone(), error)),
         }
     }
@@ -165,7 +158,7 @@ fn remaining<'a>(plan: &'a Plan, place: &Place) -> Result<(Vec<Task<'a>>, usize)
         let identity = plan.identity(item)?;
         let lines = known.get(&item.name).map_or(&[][..], Vec::as_slice);
         let there = lines.iter().any(|line| match line {
-            Line::Done(done) => done.identity == identity && is_there(done, plan, place, &mut inputs),
+            Event::Done(done) => done.identity == identity && is_there(done, plan, place, &mut inputs),
             _ => false,
         });
         if !there {
@@ -175,7 +168,7 @@ fn remaining<'a>(plan: &'a Plan, place: &Place) -> Result<(Vec<Task<'a>>, usize)
     Ok((todo, items))
 }
 
-/// Whether all that a line tells of is still so. Inputs are looked at once: many items share them.
+/// Whether an item's inputs and pictures are still as its line says. Each input is checked once: many items share them.
 fn is_there(done: &Done, plan: &Plan, place: &Place, inputs: &mut HashMap<FileKey, bool>) -> bool {
     let unchanged = |record: &FileRecord, inputs: &mut HashMap<FileKey, bool>| {
         let key = (record.path.clone(), record.sha256.clone());
@@ -188,44 +181,28 @@ fn is_there(done: &Done, plan: &Plan, place: &Place, inputs: &mut HashMap<FileKe
 /// A file's name and the contents that it should have.
 type FileKey = (String, String);
 
-/// The device that renders, and those that may take its place.
-struct Devices {
-    current: Option<Choice>,
-    rest: Candidates,
-}
-
-impl Iterator for &mut Devices {
-    type Item = Choice;
-
-    fn next(&mut self) -> Option<Choice> {
-        self.current.take().or_else(|| self.rest.next())
-    }
-}
-
 /// Does one item after the other.
 struct Worker<'a> {
     plan: &'a Plan,
     place: &'a Place,
     manifest: Manifest,
-    devices: Devices,
+    session: &'a mut Session,
     observer: &'a mut dyn Observer,
-    /// Records of the inputs read so far.
-    digests: HashMap<PathBuf, FileRecord>,
 }
 
 impl Worker<'_> {
-    /// Renders an item and records what became of it.
+    /// Renders an item and records the outcome.
     fn work(&mut self, task: &Task) -> Result<(), Error> {
         let (item, identity) = (task.item.name.clone(), task.identity.clone());
-        self.record(&Line::Started { item: item.clone(), identity: identity.clone() });
+        self.record(&Event::Started { item: item.clone(), identity: identity.clone() });
         let outcome = self.make(task);
         let line = match &outcome {
-            Ok(done) => Line::Done(Box::new(done.clone())),
+            Ok(done) => Event::Done(Box::new(done.clone())),
             Err(Error::Interrupted) => return Err(Error::Interrupted),
             Err(error) => {
                 let (message, exit_code, values) =
                     (error.to_string(), error.exit_code(), task.item.values.clone());
-                Line::Failed { item, identity, values, message, exit_code }
+                Event::Failed { item, identity, values, message, exit_code }
             }
         };
         self.record(&line);
@@ -233,8 +210,8 @@ impl Worker<'_> {
         outcome.map(|_| ())
     }
 
-    /// A line that cannot be written waits; the run goes on, and the summary tells if it never could.
-    fn record(&mut self, line: &Line) {
+    /// A line that cannot be written waits while the run goes on; if it is never written, the summary says so.
+    fn record(&mut self, line: &Event) {
         if let Err(error) = self.manifest.append(line) {
             self.observer.warning(&error.to_string());
         }
@@ -245,16 +222,18 @@ impl Worker<'_> {
         let item = task.item;
         let targets = self.targets(item)?;
         let text = self.plan.scene_text(item)?;
-        let name = PathBuf::from(&item.name);
-        let mut loaded = scene_file::parse(&text, &name, self.plan.folder()).map_err(plainly)?;
+        let loaded = self.session.assets.parse(&text, Path::new(&item.name), self.plan.folder());
+        let mut loaded = loaded.map_err(without_line)?;
+        loaded.name.clone_from(&item.name);
         self.plan.overrides().apply(&mut loaded);
-        let scene = Arc::new(PreparedScene::new(&loaded.scene, &loaded.settings)?);
+        let scene = self.session.prepare(&loaded.scene, &loaded.settings)?;
         loaded.scene.stones = Vec::new();
-        let inputs = loaded.files.iter().map(|path| self.input(path)).collect::<Result<Vec<_>, _>>()?;
+        let inputs =
+            loaded.files.iter().map(|file| FileRecord::of_source(file, self.plan.folder())).collect();
         let warnings = loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
-        let mut film = Film::new(&scene);
-        let rendered = self.trace(&scene, &mut film)?;
-        let outputs = self.write(item, &targets, &film, &scene, &loaded, &rendered)?;
+        let (film, rendered) = self.session.film(&scene, &mut *self.observer)?;
+        let picture = rendered.picture(film, &scene, &loaded, self.plan.pictures().options);
+        let outputs = self.write(item, &targets, &picture)?;
         let report = &rendered.traced;
         Ok(Done {
             item: item.name.clone(),
@@ -293,62 +272,10 @@ impl Worker<'_> {
         self.plan.files(item).map(target).collect()
     }
 
-    /// The record of a file that a scene has named.
-    fn input(&mut self, path: &Path) -> Result<FileRecord, Error> {
-        if let Some(known) = self.digests.get(path) {
-            return Ok(known.clone());
-        }
-        let told = path.strip_prefix(self.plan.folder()).unwrap_or(path);
-        let record = FileRecord::of(&told.to_string_lossy().replace('\\', "/"), path)?;
-        self.digests.insert(path.to_owned(), record.clone());
-        Ok(record)
-    }
-
-    fn trace(&mut self, scene: &Arc<PreparedScene>, film: &mut Film) -> Result<Rendered, Error> {
-        let options = OpenOptions { threads: self.place.threads, ..OpenOptions::default() };
-        let mut watch = Recorder { observer: self.observer, chosen: None };
-        let mut rendered = rendering::render(&mut self.devices, scene, film, &options, &mut watch);
-        let chosen = watch.chosen;
-        // Where all have failed, the last is asked again for the next item: it may have been this one's fault.
-        let none = chosen.is_none();
-        self.devices.current = chosen;
-        match rendered.failure.take() {
-            Some(error) => Err(error),
-            None if rendered.traced.finished => Ok(rendered),
-            None if none => {
-                Err(Error::Render { device: "auto".to_owned(), message: "no device is left".to_owned() })
-            }
-            None => Err(Error::Interrupted),
-        }
-    }
-
-    fn write(
-        &self,
-        item: &Item,
-        targets: &[Target],
-        film: &Film,
-        scene: &PreparedScene,
-        loaded: &LoadedScene,
-        rendered: &Rendered,
-    ) -> Result<Vec<FileRecord>, Error> {
-        let options = self.plan.pictures();
-        let provenance =
-            Provenance::new(&item.name, &loaded.hash, scene, &rendered.devices, &rendered.traced, false)
-                .with("space", options.space.name().into())
-                .with("exposure", json!(options.exposure));
-        let picture = Picture {
-            film,
-            space: options.space,
-            depth: options.depth,
-            exposure: options.exposure,
-            transparent: scene.background == Background::Transparent,
-            backdrop: loaded.backdrop,
-            wavelengths: if scene.settings.spectral { scene.settings.wavelengths.nm() } else { &[] },
-            provenance: &provenance,
-        };
+    fn write(&self, item: &Item, targets: &[Target], picture: &Picture) -> Result<Vec<FileRecord>, Error> {
         let names = self.plan.files(item).map(|(name, _)| name);
         let write = |(target, name): (&Target, String)| {
-            output::write(target, &picture)?;
+            picture.write(target)?;
             FileRecord::of(&name, target.path())
         };
         targets.iter().zip(names).map(write).collect()
@@ -356,30 +283,9 @@ impl Worker<'_> {
 }
 
 /// The scene of an item is in no file: what is wrong with it has no line to look at.
-fn plainly(error: Error) -> Error {
+fn without_line(error: Error) -> Error {
     match error {
         Error::Scene { message, .. } => Error::Item(message),
         other => other,
-    }
-}
-
-/// Remembers which device was taken.
-struct Recorder<'a> {
-    observer: &'a mut dyn Observer,
-    chosen: Option<Choice>,
-}
-
-impl Watch for Recorder<'_> {
-    fn chosen(&mut self, choice: &Choice) {
-        self.chosen = Some(choice.clone());
-        self.observer.chosen(choice);
-    }
-
-    fn progress(&mut self, progress: Progress) -> ControlFlow<()> {
-        self.observer.progress(progress)
-    }
-
-    fn warning(&mut self, message: &str) {
-        self.observer.warning(message);
     }
 }

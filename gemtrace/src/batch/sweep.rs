@@ -67,7 +67,7 @@ pub fn load(path: &Path) -> Result<Plan, Error> {
 /// As [`load`].
 pub fn parse(text: &str, path: &Path, folder: &Path) -> Result<Plan, Error> {
     let document = Document { path, text };
-    let table = DeTable::parse(text).map_err(|e| document.toml_error(0, &e))?;
+    let table = DeTable::parse(text).map_err(|e| document.toml_error(&e))?;
     let root = Fields::new(document, "the sweep", 0, table.get_ref());
     match root.get("format") {
         None => {
@@ -116,22 +116,18 @@ fn pictures(root: &Fields) -> Result<Pictures, Error> {
         }
     }
     if let Some(entry) = root.get("space") {
-        pictures.space =
+        pictures.options.space =
             RgbSpace::by_name(entry.text("the name of a colour space")?).map_err(|e| entry.error(e))?;
     }
     if let Some(entry) = root.get("bits") {
-        pictures.depth = match entry.whole::<u32>("8 or 16")? {
-            8 => Depth::Eight,
-            16 => Depth::Sixteen,
-            _ => return Err(entry.refuse("8 or 16")),
-        };
+        let depth = Depth::of_bits(entry.whole("8 or 16")?);
+        pictures.options.depth = depth.ok_or_else(|| entry.refuse("8 or 16"))?;
     }
     if let Some(entry) = root.get("exposure") {
         let expected = "a number of stops from -64 to 64";
-        pictures.exposure = entry.number(expected)?;
-        if pictures.exposure.abs() > 64.0 {
-            return Err(entry.refuse(expected));
-        }
+        let stops = entry.number(expected)?;
+        pictures.options.exposure =
+            Some(stops).filter(|stops| stops.abs() <= 64.0).ok_or_else(|| entry.refuse(expected))?;
     }
     Ok(pictures)
 }

@@ -1,6 +1,8 @@
 //! Meshes: OBJ, STL (text and binary) and PLY.
 
-use super::{about, blame, extension, obj, ply, stl};
+use super::{about, blame, extension, obj};
+#[cfg(feature = "formats")]
+use super::{ply, stl};
 use crate::Error;
 use glam::DVec3;
 use spectral_core::Warning;
@@ -52,8 +54,12 @@ pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(Mesh, Vec<Warning>)
     })?;
     let soup = match format {
         Format::Obj => obj::read(bytes.as_ref()),
+        #[cfg(feature = "formats")]
         Format::Stl => stl::read(bytes.as_ref()),
+        #[cfg(feature = "formats")]
         Format::Ply => ply::read(bytes.as_ref()),
+        #[cfg(not(feature = "formats"))]
+        _ => Err("this format needs the feature 'formats'".to_owned()),
     };
     drop(bytes);
     let soup = soup.map_err(|message| Error::file(path, message))?;

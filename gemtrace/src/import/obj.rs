@@ -4,8 +4,8 @@
 //! lines, renumbers vertices, and overflows on texture indices that do not exist.
 
 use super::mesh::Soup;
-use super::polygon;
 use glam::DVec3;
+use spectral_core::mesh::polygon;
 
 /// The triangles of an OBJ file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {

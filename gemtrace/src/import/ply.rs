@@ -1,10 +1,10 @@
 //! PLY, text and binary, through the crate `ply-rs-bw`.
 
 use super::mesh::Soup;
-use super::polygon;
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
+use spectral_core::mesh::polygon;
 use std::io::{BufRead, Cursor, ErrorKind};
 
 /// The triangles of a PLY file, or what is wrong with it.

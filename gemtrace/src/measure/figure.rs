@@ -1,6 +1,6 @@
 //! The figures of some rays.
 
-use super::picture::{Mask, Picture};
+use super::raster::{Mask, Raster};
 use spectral_core::environment::Pattern;
 
 /// Means over some rays, as shares of what they would bring from light of radiance 1 all around.
@@ -58,7 +58,7 @@ impl Figures {
         all
     }
 
-    pub(super) fn missing(mask: &Mask, all: &Picture) -> Self {
+    pub(super) fn missing(mask: &Mask, all: &Raster) -> Self {
         Figures { rays: mask.of(all).count(), missing: 1.0 - mask.mean(all), ..Figures::default() }
     }
 }
@@ -67,7 +67,7 @@ impl Experimental {
     /// The tilt between the two positions of scintillation, degrees.
     pub const STEP: f64 = 1.0;
 
-    pub(super) fn of(mask: &Mask, now: &Picture, next: &Picture) -> Self {
+    pub(super) fn of(mask: &Mask, now: &Raster, next: &Raster) -> Self {
         let sum = mask.of(now).fold([0.0; 3], |sum, xyz| std::array::from_fn(|c| sum[c] + xyz[c]));
         let [x_mean, z_mean] = [sum[0] / sum[1], sum[2] / sum[1]];
         let coloured = mask.of(now).map(|[x, y, z]| (x - y * x_mean).hypot(z - y * z_mean)).sum::<f64>();

@@ -13,7 +13,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Writes frames as an animated PNG that repeats for ever: 8 bits, straight alpha.
+/// Writes frames as an animated PNG that repeats without end: 8 bits, straight alpha.
 ///
 /// # Errors
 /// [`Error::File`] for a frame that cannot be read or has another size, [`Error::Output`] for the file.

@@ -28,7 +28,7 @@ pub fn encode(picture: &Picture, file: &mut File) -> Result<(), String> {
     let layer =
         Layer::new(size, layer_attributes(picture), encoding, AnyChannels::sort(channels(picture).collect()));
     let mut image = Image::from_layer(layer);
-    image.attributes.chromaticities = Some(chromaticities(picture.space));
+    image.attributes.chromaticities = Some(chromaticities(picture.options.space));
     image.write().to_unbuffered(&mut *file).map_err(|e| match e {
         exr::error::Error::Io(e) => e.to_string(),
         other => other.to_string(),
@@ -71,11 +71,11 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
 }
 
 fn channels(picture: &Picture) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
-    let pixels = picture.pixels(picture.space, 1.0);
+    let pixels = picture.pixels(picture.options.space, 1.0);
     let colours = ["R", "G", "B", "A"].into_iter().enumerate();
     let colours: Vec<_> =
         colours.map(|(c, name)| channel(name, pixels.iter().map(|pixel| pixel[c]).collect())).collect();
-    let spectra = channel_names(picture.wavelengths).into_iter().zip(planes(picture));
+    let spectra = channel_names(&picture.wavelengths).into_iter().zip(planes(picture));
     colours.into_iter().chain(spectra.map(|(name, plane)| channel(&name, plane)))
 }
 
@@ -85,7 +85,7 @@ fn channel(name: &str, samples: Vec<f32>) -> AnyChannel<FlatSamples> {
 
 /// The film's radiance, one plane a wavelength.
 fn planes(picture: &Picture) -> Vec<Vec<f32>> {
-    let film = picture.film;
+    let film = &picture.film;
     let pixels = film.width() as usize * film.height() as usize;
     let mut planes = vec![vec![0.0; pixels]; film.wavelength_count()];
     for i in 0..if planes.is_empty() { 0 } else { pixels } {

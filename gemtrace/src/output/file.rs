@@ -7,7 +7,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
-/// Refuses a path that cannot be written, with what is in the way.
+/// Whether a file can be written there, tried before any work is done.
+///
+/// # Errors
+/// [`Error::Output`] where the folder is missing or not writable, or the name is a folder's.
 pub fn check(path: &Path) -> Result<(), Error> {
     let refuse = |message: String| Err(Error::output(path, message));
     if path.is_dir() {
@@ -96,7 +99,7 @@ pub fn remove_leftovers(paths: &[PathBuf]) {
             // What follows the prefix is random, without a hyphen.
             let left = name.and_then(|name| name.rfind('-').map(|hyphen| &name[..=hyphen]));
             if left.is_some_and(|prefix| prefixes.contains(prefix)) {
-                // If it cannot be removed, it is in nobody's way.
+                // If it cannot be removed, it does no harm.
                 fs::remove_file(entry.path()).ok();
             }
         }
@@ -111,7 +114,7 @@ fn prefix(path: &Path) -> String {
     format!(".gemtrace-{}-", name.chars().take(60).collect::<String>())
 }
 
-/// A file that vanishes unless it is renamed to `path` or thereabouts; readable by whoever may read other new files.
+/// A file that is deleted unless it is renamed; it has the permissions of any new file.
 fn temporary(folder: &Path, path: &Path) -> io::Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     let prefix = prefix(path);

@@ -21,7 +21,7 @@ pub fn encode(picture: &Picture, file: &mut File) -> Result<(), String> {
 
 fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::EncodingError> {
     let (width, height) = (picture.film.width(), picture.film.height());
-    let space = png_space(picture.space);
+    let space = png_space(picture.options.space);
     let mut encoder = Encoder::new(output, width, height);
     encoder.set_color(ColorType::Rgba);
     // A picture of one sample a pixel would wait for its file for a quarter of its time; fast compression makes the file a
@@ -29,7 +29,7 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
     if picture.film.total_samples() <= u64::from(width) * u64::from(height) {
         encoder.set_compression(Compression::Fast);
     }
-    encoder.set_depth(match picture.depth {
+    encoder.set_depth(match picture.options.depth {
         Depth::Eight => BitDepth::Eight,
         Depth::Sixteen => BitDepth::Sixteen,
     });
@@ -41,11 +41,11 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
         // ITU-T H.273: these primaries, transfer 13 (sRGB), matrix 0 (RGB), full range. PNG 3, 11.3.2.6.
         writer.write_chunk(ChunkType(*b"cICP"), &[primaries, 13, 0, 1])?;
     }
-    let gain = picture.exposure.exp2();
+    let gain = picture.options.exposure.exp2();
     let mut rows = writer.stream_writer()?;
     for row in picture.pixels(space, gain).chunks(width as usize) {
         let samples = row.iter().flat_map(|pixel| displayed(*pixel));
-        let bytes: Vec<u8> = match picture.depth {
+        let bytes: Vec<u8> = match picture.options.depth {
             Depth::Eight => samples.map(|v| (v * 255.0).round() as u8).collect(),
             Depth::Sixteen => samples.flat_map(|v| ((v * 65_535.0).round() as u16).to_be_bytes()).collect(),
         };
@@ -54,13 +54,18 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
     rows.finish()
 }
 
-/// Encodes 8-bit sRGB pixels as they are.
-pub fn encode_rgb(width: u32, pixels: &[[u8; 3]], file: &mut File) -> Result<(), String> {
-    let mut buffer = BufWriter::new(file);
-    let height = pixels.len() as u32 / width.max(1);
-    let mut encoder = Encoder::new(&mut buffer, width, height);
-    encoder.set_color(ColorType::Rgb);
+/// Encodes 8-bit sRGB pixels as they are, row by row: RGB, or RGBA with straight alpha.
+pub fn encode_pixels<const N: usize>(
+    width: u32,
+    pixels: &[[u8; N]],
+    compression: Compression,
+    output: &mut impl Write,
+) -> Result<(), String> {
+    let mut buffer = BufWriter::new(output);
+    let mut encoder = Encoder::new(&mut buffer, width, pixels.len() as u32 / width.max(1));
+    encoder.set_color(if N == 4 { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(compression);
     encoder.set_source_srgb(SrgbRenderingIntent::RelativeColorimetric);
     let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
     writer.write_image_data(pixels.as_flattened()).map_err(|e| e.to_string())?;

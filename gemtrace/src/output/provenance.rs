@@ -14,15 +14,14 @@ pub struct Provenance {
 impl Provenance {
     /// What is known once the light has been traced.
     ///
-    /// `scene_file` names the scene, `hash` is that of its text and of all files that it names; `partial`
-    /// says that the render was interrupted. Where several devices took part, their facts are joined by " + ".
+    /// `scene_file` names the scene, `hash` is that of its text and of all files that it names. A report that is not
+    /// finished makes a partial picture. Where several devices took part, their facts are joined by " + ".
     pub fn new(
         scene_file: &str,
         hash: &str,
         scene: &PreparedScene,
         devices: &[DeviceInfo],
         report: &TraceReport,
-        partial: bool,
     ) -> Self {
         let all = |fact: fn(&DeviceInfo) -> &str| devices.iter().map(fact).collect::<Vec<_>>().join(" + ");
         let facts = [
@@ -35,7 +34,7 @@ impl Provenance {
             ("settings", settings(scene)),
             ("rays", json!(report.rays)),
             ("energy", energy(&report.energy)),
-            ("partial", json!(partial)),
+            ("partial", json!(!report.finished)),
         ];
         Provenance { facts: facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect() }
     }
@@ -90,7 +89,7 @@ pub fn settings(scene: &PreparedScene) -> Value {
     })
 }
 
-/// A device for scripts; its memory, bytes, is null where nobody tells.
+/// A device as JSON; its memory, bytes, is null where it is not known.
 pub fn device(device: &DeviceInfo) -> Value {
     json!({
         "backend": device.backend,

@@ -1,6 +1,6 @@
 //! A scene document that is changed before it is read: sequences, sheets, sweeps.
 
-use super::LoadedScene;
+use super::{Assets, LoadedScene};
 use crate::{Error, import};
 use std::path::{Path, PathBuf};
 use toml::{Table, Value};
@@ -8,11 +8,12 @@ use toml::{Table, Value};
 /// A scene file as a table of values, with the place that its paths start from.
 ///
 /// ```
-/// use gemtrace::scene_file::Draft;
+/// use gemtrace::scene_file::{Assets, Draft};
 /// let text = "format = 1\ncamera = { position = [0, -20, 20], look_at = [0, 0, 0] }\n[film]\nwidth = 9";
 /// let draft = Draft::new("scene.toml".as_ref(), text)?;
 /// let wide = draft.with("film", "width", 64);
-/// assert_eq!((draft.load()?.scene.width, wide.load()?.scene.width), (9, 64));
+/// let mut assets = Assets::default();
+/// assert_eq!((draft.load(&mut assets)?.scene.width, wide.load(&mut assets)?.scene.width), (9, 64));
 /// # Ok::<(), gemtrace::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -53,7 +54,7 @@ impl Draft {
     }
 
     /// The same with another value for `key` in `[section]`, which is made if it is not there. A section that is no
-    /// table stays as it is: reading the scene tells what is wrong with it.
+    /// table stays as it is: the error comes when the scene is read.
     #[must_use]
     pub fn with(&self, section: &str, key: &str, value: impl Into<Value>) -> Self {
         let mut draft = self.clone();
@@ -74,8 +75,8 @@ impl Draft {
     ///
     /// # Errors
     /// As [`parse`](super::parse).
-    pub fn load(&self) -> Result<LoadedScene, Error> {
+    pub fn load(&self, assets: &mut Assets) -> Result<LoadedScene, Error> {
         let text = toml::to_string(&self.table).map_err(|e| Error::file(&self.path, e))?;
-        super::parse(&text, &self.path, self.path.parent().unwrap_or(Path::new("")))
+        assets.parse(&text, &self.path, self.path.parent().unwrap_or(Path::new("")))
     }
 }

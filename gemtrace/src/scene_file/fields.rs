@@ -1,5 +1,6 @@
 //! Tables of a TOML document read key by key, so that every complaint has a line, and no key goes unread.
 
+use super::value::{Fault, Value, What};
 use crate::Error;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -7,7 +8,7 @@ use spectral_core::nearest_name;
 use std::cell::RefCell;
 use std::path::Path;
 use toml::Spanned;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 /// The text of a scene and where it stands.
 #[derive(Clone, Copy)]
@@ -24,19 +25,24 @@ impl Document<'_> {
         Error::Scene { path: self.path.to_owned(), line, message: message.to_string() }
     }
 
-    /// An error of the TOML parser or of serde, found at `offset` where it does not say itself.
-    pub fn toml_error(&self, offset: usize, error: &toml::de::Error) -> Error {
-        self.error(error.span().map_or(offset, |s| s.start), readable(error.message()))
+    /// An error of the TOML parser.
+    pub fn toml_error(&self, error: &toml::de::Error) -> Error {
+        self.error(error.span().map_or(0, |s| s.start), readable(error.message()))
+    }
+
+    /// A fault of a value that begins at `offset`.
+    fn fault(&self, offset: usize, fault: Fault) -> Error {
+        let message = match fault.what {
+            What::UnknownKey(key, valid) => unknown_key(&key, valid, ""),
+            What::Other(message) => readable(&message),
+        };
+        self.error(fault.at.unwrap_or(offset), message)
     }
 }
 
-/// serde's list of fields becomes the one that was meant.
+/// Another crate's message in one line, with our quotes.
 fn readable(message: &str) -> String {
-    let quoted: Vec<&str> = message.split('`').skip(1).step_by(2).collect();
-    match quoted.split_first() {
-        Some((key, valid)) if message.starts_with("unknown field") => unknown_key(key, valid, ""),
-        _ => message.trim().replace('\n', ", ").replace('`', "'"),
-    }
+    message.trim().replace('\n', ", ").replace('`', "'")
 }
 
 fn unknown_key(key: &str, valid: &[&str], place: &str) -> String {
@@ -139,7 +145,8 @@ impl<'a> Fields<'a> {
             spectral_core::Error::Value { what, .. } => what.as_str(),
             _ => "",
         };
-        // The last word that is a key: before it may stand the name of a stone or a material.
+        // The core names a quantity by the keys that lead to it, after the name of a stone or a material: the last that
+        // stands in this table is meant.
         let word = |c: char| !c.is_alphanumeric() && c != '_';
         let key = about.rsplit(word).find_map(|w| self.table.keys().find(|key| key.get_ref() == w));
         self.document.error(key.map_or(self.offset, |k| k.span().start), error)
@@ -189,8 +196,7 @@ impl<'a> Entry<'a> {
 
     /// Anything that serde can read from the value.
     pub fn read<T: DeserializeOwned>(&self) -> Result<T, Error> {
-        T::deserialize(ValueDeserializer::from(self.value.clone()))
-            .map_err(|e| self.document.toml_error(self.at, &e))
+        T::deserialize(Value(self.value)).map_err(|fault| self.document.fault(self.at, fault))
     }
 
     /// A finite number; `expected` says of what.
@@ -210,6 +216,7 @@ impl<'a> Entry<'a> {
     }
 
     /// The values of a list, each under this key.
+    #[cfg(feature = "batch")]
     pub fn list(&self, expected: &str) -> Result<Vec<Entry<'a>>, Error> {
         let list = self.value.get_ref().as_array().ok_or_else(|| self.refuse(expected))?;
         let entry = |value: &'a Spanned<DeValue<'a>>| Entry {
@@ -225,7 +232,7 @@ impl<'a> Entry<'a> {
     /// A whole number that `T` can hold.
     pub fn whole<T: TryFrom<i64>>(&self, expected: &str) -> Result<T, Error> {
         let DeValue::Integer(_) = self.value.get_ref() else { return Err(self.refuse(expected)) };
-        let number = i64::deserialize(ValueDeserializer::from(self.value.clone())).ok();
+        let number = i64::deserialize(Value(self.value)).ok();
         number.and_then(|n| T::try_from(n).ok()).ok_or_else(|| self.refuse(expected))
     }
 
@@ -260,10 +267,10 @@ impl<'a> Entry<'a> {
     }
 }
 
-fn finite(value: &Spanned<DeValue<'_>>) -> Option<f64> {
+fn finite<'a>(value: &'a Spanned<DeValue<'a>>) -> Option<f64> {
     match value.get_ref() {
         DeValue::Integer(_) | DeValue::Float(_) => {
-            f64::deserialize(ValueDeserializer::from(value.clone())).ok().filter(|v| v.is_finite())
+            f64::deserialize(Value(value)).ok().filter(|v| v.is_finite())
         }
         _ => None,
     }

@@ -2,7 +2,6 @@
 
 use super::fields::{Entry, Fields, either};
 use super::material::Materials;
-use super::pose;
 use crate::{Error, shade};
 use glam::DVec3;
 use spectral_core::environment::Environment;
@@ -47,7 +46,7 @@ pub(super) fn read(
     fields.finish()?;
     let needs = || fields.error(format!("[ground] needs exactly one of {}", either(&KINDS)));
     let (key, kind) = kind.ok_or_else(needs)?;
-    let bounds = pose::bounds(stones).map_err(|e| fields.blame(e))?;
+    let bounds = shade::bounds(stones).map_err(|e| fields.blame(e))?;
     let site = Site { fields, height, size, scale, stones, bounds };
     let material = match key {
         "diffuse" => {

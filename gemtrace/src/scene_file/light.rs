@@ -8,21 +8,25 @@ use spectral_core::camera::Camera;
 use spectral_core::cie::Illuminant;
 use spectral_core::environment::{Environment, Head, LatLong, LightModel, Pattern};
 use spectral_core::spectrum::Tabulated;
+use std::sync::{Arc, LazyLock};
 
 const PRESETS: [&str; 1] = ["studio"];
 
 pub(super) fn read(root: &Fields, sources: &mut Sources, camera: &Camera) -> Result<Environment, Error> {
-    let Some(entry) = root.get("environment") else { return Ok(Environment::image(LatLong::studio())) };
+    let Some(entry) = root.get("environment") else { return Ok(studio()) };
     let fields = entry.fields("[environment]")?;
     let mut environment = match fields.one_of(&["image", "uniform", "preset", "model"])? {
+        #[cfg(feature = "formats")]
         Some(("image", entry)) => Environment::image(sources.import(&entry, import::environment::read)?),
+        #[cfg(not(feature = "formats"))]
+        Some(("image", entry)) => return Err(entry.error("images need the feature 'formats'")),
         Some(("uniform", entry)) => Environment::uniform(entry.vector("three linear sRGB values [r, g, b]")?),
         Some(("preset", entry)) => preset(&entry)?,
         Some((_, entry)) => {
             let model = model(&fields, &entry, camera)?;
-            Environment::image(model.image().map_err(|e| fields.blame(e))?)
+            Environment::image(sources.drawn(&model).map_err(|e| fields.blame(e))?)
         }
-        None => Environment::image(LatLong::studio()),
+        None => studio(),
     };
     if let Some(entry) = fields.get("rotation") {
         environment.rotation = entry.number("an angle in degrees")?;
@@ -38,9 +42,15 @@ pub(super) fn read(root: &Fields, sources: &mut Sources, camera: &Camera) -> Res
     Ok(environment)
 }
 
+/// The built-in studio, drawn once.
+fn studio() -> Environment {
+    static STUDIO: LazyLock<Arc<LatLong>> = LazyLock::new(|| Arc::new(LatLong::studio()));
+    Environment::image(Arc::clone(&STUDIO))
+}
+
 fn preset(entry: &Entry) -> Result<Environment, Error> {
     match entry.text("the name of a built-in environment: 'studio'")? {
-        "studio" => Ok(Environment::image(LatLong::studio())),
+        "studio" => Ok(studio()),
         other => Err(entry.error(spectral_core::Error::unknown("environment preset", other, PRESETS))),
     }
 }
@@ -100,11 +110,12 @@ fn illuminant(entry: &Entry, sources: &mut Sources) -> Result<Illuminant, Error>
     let name = entry.text("D65, A, E or the name of a table file (nm, relative power)")?;
     match Illuminant::by_name(name) {
         Ok(light) => Ok(light),
-        Err(_) if name.contains('.') => sources.import(entry, |path, bytes| {
-            let table =
-                Tabulated::from_csv(import::text(path, bytes.as_ref())?, &path.display().to_string())?;
-            Ok((Illuminant::table(table)?, Vec::new()))
-        }),
+        Err(_) if name.contains('.') => sources
+            .import(entry, |path, bytes| {
+                let table = Tabulated::from_csv(import::text(path, &bytes)?, &path.display().to_string())?;
+                Ok((Illuminant::table(table)?, Vec::new()))
+            })
+            .map(Arc::unwrap_or_clone),
         Err(unknown) => {
             Err(entry.error(format!("{unknown}, or the name of a table file (nm, relative power)")))
         }

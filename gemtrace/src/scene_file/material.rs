@@ -34,11 +34,11 @@ fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Res
     // The core asks for tables through a shared closure and knows only its own errors.
     let (shared, failed) = (RefCell::new(&mut *sources), RefCell::new(None));
     let resolve = |name: &str| {
-        let read = shared.borrow_mut().read(name).and_then(|(path, bytes)| {
-            let text = import::text(&path, bytes.as_ref())?;
-            Ok(Tabulated::from_csv(text, &path.display().to_string())?)
+        let read = shared.borrow_mut().read(name, |path, bytes| {
+            let table = Tabulated::from_csv(import::text(path, &bytes)?, &path.display().to_string())?;
+            Ok((table, Vec::new()))
         });
-        read.map_err(|e| {
+        read.map(Arc::unwrap_or_clone).map_err(|e| {
             let message = spectral_core::Error::value("absorption", name, e.to_string());
             failed.replace(Some(e));
             message

@@ -1,7 +1,7 @@
 //! `[pose]`: the whole scene made larger, and all its stones turned, without touching where each stands.
 
 use super::fields::{Entry, Fields};
-use crate::Error;
+use crate::{Error, shade};
 use glam::{DMat3, DVec3, EulerRot};
 use spectral_core::camera::{Camera, Projection};
 use spectral_core::scene::Stone;
@@ -84,7 +84,7 @@ fn enlarge(scale: f64, camera: &mut Camera, stones: &mut [Stone]) {
 /// About the middle of the box around all stones as they stand: first about +z, then about the camera's axis to the
 /// right, so that with a positive tilt what is upright in the picture comes towards the eye.
 fn turn(turn: f64, tilt: f64, camera: &Camera, stones: &mut [Stone]) -> Result<(), spectral_core::Error> {
-    let (low, high) = bounds(stones)?;
+    let (low, high) = shade::bounds(stones)?;
     let centre = (low + high) / 2.0;
     let onto = DMat3::from_rotation_z(turn.to_radians());
     for stone in stones.iter_mut() {
@@ -105,13 +105,4 @@ fn turn(turn: f64, tilt: f64, camera: &Camera, stones: &mut [Stone]) -> Result<(
         stone.position = centre + over * (stone.position - centre);
     }
     Ok(())
-}
-
-/// The box around all stones, mm.
-pub(super) fn bounds(stones: &[Stone]) -> Result<(DVec3, DVec3), spectral_core::Error> {
-    let empty = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-    stones.iter().try_fold(empty, |(low, high), stone| {
-        let (l, h) = stone.bounds()?;
-        Ok((low.min(l), high.max(h)))
-    })
 }

@@ -1,76 +1,124 @@
-//! The files that a scene names: found, read once, hashed and remembered.
+//! The files that scenes name: found, hashed, and decoded once for all scenes that name them.
 
 use super::fields::Entry;
 use crate::{Error, import};
 use sha2::{Digest, Sha256};
 use spectral_core::Warning;
+use spectral_core::environment::{LatLong, LightModel};
+use std::any::{Any, TypeId};
+use std::collections::HashMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use std::rc::Rc;
+use std::sync::Arc;
+use std::time::SystemTime;
 
-/// What the scene has read so far.
-pub(super) struct Sources {
+/// A file that a scene names, as it was when it was read.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SourceFile {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its size, bytes.
+    pub bytes: u64,
+    /// SHA-256 of its contents, in hexadecimal.
+    pub sha256: String,
+}
+
+/// What the files of earlier scenes were decoded to, so that a scene that names them again need not read them.
+///
+/// A file counts as the same while its size and its time of change are. What the latest scene did not name is forgotten.
+#[derive(Default)]
+pub struct Assets {
+    known: HashMap<(PathBuf, TypeId), Asset>,
+    /// The light model that was drawn last.
+    drawn: Option<(LightModel, Arc<LatLong>)>,
+}
+
+/// A file, and what one of its readers made of it.
+#[derive(Clone)]
+struct Asset {
+    file: SourceFile,
+    changed: Option<SystemTime>,
+    decoded: Arc<dyn Any + Send + Sync>,
+    warnings: Vec<Warning>,
+}
+
+impl Asset {
+    fn is_current(&self) -> bool {
+        std::fs::metadata(&self.file.path)
+            .is_ok_and(|data| data.len() == self.file.bytes && data.modified().ok() == self.changed)
+    }
+}
+
+/// What one scene has read so far.
+pub(super) struct Sources<'a> {
     folder: PathBuf,
-    pub files: Vec<PathBuf>,
-    /// Of each file, if it is small.
-    contents: Vec<Option<Contents>>,
-    pub hash: Hash,
+    earlier: &'a mut Assets,
+    used: HashMap<(PathBuf, TypeId), Asset>,
+    hash: Hash,
+    pub files: Vec<SourceFile>,
     pub warnings: Vec<Warning>,
 }
 
-/// Files up to this size are remembered, bytes; a larger one that is named again is read again.
-const REMEMBERED: usize = 1 << 20;
-
-/// The bytes of a file. Large ones are its reader's alone, and may be dropped before it is done.
-#[derive(Clone)]
-pub(super) struct Contents(Rc<Vec<u8>>);
-
-impl AsRef<[u8]> for Contents {
-    fn as_ref(&self) -> &[u8] {
-        &self.0
-    }
-}
-
-impl Sources {
-    pub fn new(text: &str, folder: &Path) -> Self {
+impl<'a> Sources<'a> {
+    pub fn new(text: &str, folder: &Path, earlier: &'a mut Assets) -> Self {
         let mut hash = Hash::new();
         hash.add(text.as_bytes());
-        Sources {
-            folder: folder.to_owned(),
-            files: Vec::new(),
-            contents: Vec::new(),
-            hash,
-            warnings: Vec::new(),
-        }
+        let (used, files, warnings) = (HashMap::new(), Vec::new(), Vec::new());
+        Sources { folder: folder.to_owned(), earlier, used, hash, files, warnings }
     }
 
-    /// A file named by the scene, with its path from here.
-    pub fn read(&mut self, name: &str) -> Result<(PathBuf, Contents), Error> {
+    /// A file that the scene names, decoded by `reader`, which owns the bytes and may drop them before it is done.
+    pub fn read<T: Any + Send + Sync>(
+        &mut self,
+        name: &str,
+        reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
+    ) -> Result<Arc<T>, Error> {
         let path = self.folder.join(name);
-        let known = self.files.iter().position(|f| *f == path);
-        if let Some(contents) = known.and_then(|known| self.contents[known].clone()) {
-            return Ok((path, contents));
+        let key = (path.clone(), TypeId::of::<T>());
+        let known = self.used.get(&key).cloned();
+        let known = known.or_else(|| self.earlier.known.remove(&key).filter(Asset::is_current));
+        let asset = match known {
+            Some(asset) => asset,
+            None => {
+                // Before the contents, so that a change in between is noticed the next time.
+                let changed = std::fs::metadata(&path).and_then(|data| data.modified()).ok();
+                let contents = import::read_file(&path)?;
+                let (bytes, sha256) = (contents.len() as u64, sha256(&contents));
+                let (decoded, warnings) = reader(&path, contents)?;
+                let file = SourceFile { path, bytes, sha256 };
+                Asset { file, changed, decoded: Arc::new(decoded), warnings }
+            }
+        };
+        if !self.files.contains(&asset.file) {
+            self.hash.add(asset.file.sha256.as_bytes());
+            self.files.push(asset.file.clone());
         }
-        let contents = Contents(Rc::new(import::read_file(&path)?));
-        self.hash.add(contents.as_ref());
-        if known.is_none() {
-            self.files.push(path.clone());
-            self.contents.push((contents.as_ref().len() <= REMEMBERED).then(|| contents.clone()));
-        }
-        Ok((path, contents))
+        self.warn(asset.warnings.clone());
+        let decoded = Arc::clone(&asset.decoded).downcast();
+        let decoded = decoded.map_err(|_| Error::file(&asset.file.path, "this is another kind of file"))?;
+        self.used.insert(key, asset);
+        Ok(decoded)
     }
 
-    /// What `reader` makes of the file that an entry names; its complaints come with the entry's line.
-    pub fn import<T>(
+    /// The same for the file that an entry names; complaints come with the entry's line.
+    pub fn import<T: Any + Send + Sync>(
         &mut self,
         entry: &Entry,
-        reader: impl FnOnce(&Path, Contents) -> Result<(T, Vec<Warning>), Error>,
-    ) -> Result<T, Error> {
-        let name = entry.text("the name of a file")?;
-        let read = self.read(name).and_then(|(path, contents)| reader(&path, contents));
-        let (value, warnings) = read.map_err(|e| entry.error(e))?;
-        self.warn(warnings);
-        Ok(value)
+        reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
+    ) -> Result<Arc<T>, Error> {
+        self.read(entry.text("the name of a file")?, reader).map_err(|e| entry.error(e))
+    }
+
+    /// The image of a light model.
+    pub fn drawn(&mut self, model: &LightModel) -> Result<Arc<LatLong>, spectral_core::Error> {
+        match &self.earlier.drawn {
+            Some((drawn, image)) if drawn == model => Ok(Arc::clone(image)),
+            _ => {
+                let image = Arc::new(model.image()?);
+                self.earlier.drawn = Some((model.clone(), Arc::clone(&image)));
+                Ok(image)
+            }
+        }
     }
 
     /// Adds what was not yet said.
@@ -80,6 +128,12 @@ impl Sources {
                 self.warnings.push(warning);
             }
         }
+    }
+
+    /// The scene is read: keeps what it used for the next one. Returns its hash.
+    pub fn finish(&mut self) -> String {
+        self.earlier.known = std::mem::take(&mut self.used);
+        std::mem::replace(&mut self.hash, Hash::new()).finish()
     }
 }
 

@@ -8,19 +8,17 @@ use spectral_core::Warning;
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::Stone;
 use spectral_core::shape::ShapeSpec;
-use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::Path;
 use std::sync::Arc;
 
 const FORMS: [&str; 3] = ["cut", "mesh", "shape"];
 
 pub(super) fn read(root: &Fields, materials: &Materials, sources: &mut Sources) -> Result<Vec<Stone>, Error> {
     let Some(entry) = root.get("stone") else { return Ok(Vec::new()) };
-    let mut shelf = Shelf::default();
     let tables = entry.tables("[[stone]]")?;
     let mut stones = Vec::new();
     for (number, fields) in tables.iter().enumerate() {
-        stones.extend(stone(number + 1, fields, materials, sources, &mut shelf)?);
+        stones.extend(stone(number + 1, fields, materials, sources)?);
     }
     Ok(stones)
 }
@@ -31,9 +29,8 @@ fn stone(
     fields: &Fields,
     materials: &Materials,
     sources: &mut Sources,
-    shelf: &mut Shelf,
 ) -> Result<Vec<Stone>, Error> {
-    // A misspelt key is told before whatever its absence would lead to.
+    // A misspelt key is reported before any error that its absence would cause.
     let own = fields.get("name").map(|e| e.text("a name for messages")).transpose()?;
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
     let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
@@ -44,7 +41,7 @@ fn stone(
     let material = material.ok_or_else(|| missing("'material': the name of a material"))?;
     let (mesh, source) = match key {
         "shape" => (shape(&form, sources)?, "shape"),
-        _ => (shelf.mesh(key, &form, sources)?, form.text("the name of a file")?),
+        _ => (mesh(key, &form, sources)?, form.text("the name of a file")?),
     };
     let label = own.map_or_else(|| format!("stone {number} ({source})"), str::to_owned);
     let mut stone = Stone::new(label, mesh, materials.get(&material)?);
@@ -115,27 +112,17 @@ fn shape(entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
     Ok(Arc::new(mesh))
 }
 
-/// Solids by the file they come from, so that many stones of one cut share it.
-#[derive(Default)]
-struct Shelf(HashMap<PathBuf, Arc<Mesh>>);
-
-impl Shelf {
-    fn mesh(&mut self, key: &str, entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
-        let name = PathBuf::from(entry.text("the name of a file")?);
-        if let Some(known) = self.0.get(&name) {
-            return Ok(known.clone());
-        }
-        let other = if key == "cut" { import::mesh::Format::of(&name).map(|_| "mesh") } else { None };
-        let other = other.or_else(|| import::cut::Format::of(&name).filter(|_| key == "mesh").map(|_| "cut"));
-        if let Some(other) = other {
-            return Err(entry.refuse(&format!("{} file; write {other} = … for this one", article(key))));
-        }
-        let mesh = Arc::new(match key {
-            "cut" => sources.import(entry, |path, bytes| import::cut::solid(path, bytes.as_ref()))?,
-            _ => sources.import(entry, import::mesh::read)?,
-        });
-        self.0.insert(name, mesh.clone());
-        Ok(mesh)
+/// A solid from a file; many stones of one file share it.
+fn mesh(key: &str, entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
+    let name = Path::new(entry.text("the name of a file")?);
+    let other = if key == "cut" { import::mesh::Format::of(name).map(|_| "mesh") } else { None };
+    let other = other.or_else(|| import::cut::Format::of(name).filter(|_| key == "mesh").map(|_| "cut"));
+    if let Some(other) = other {
+        return Err(entry.refuse(&format!("{} file; write {other} = … for this one", article(key))));
+    }
+    match key {
+        "cut" => sources.import(entry, |path, bytes| import::cut::solid(path, &bytes)),
+        _ => sources.import(entry, import::mesh::read),
     }
 }
 

@@ -1,7 +1,8 @@
 //! One scene on all entrants, in rounds.
 
 use super::entrant::Entrant;
-use crate::progress::{Bar, Interrupt};
+use crate::console::Interrupt;
+use crate::progress::Bar;
 use backend_cpu::CPU;
 use spectral_core::film::{Agreement, Film};
 use spectral_core::prepare::PreparedScene;
@@ -286,7 +287,7 @@ mod tests {
     use super::super::entrant::entrants;
     use super::super::scene::Subject;
     use super::*;
-    use crate::commands::Console;
+    use crate::console::Console;
     use gemtrace::scene_file::Override;
     use spectral_core::Error;
     use spectral_core::tracer::Backend;

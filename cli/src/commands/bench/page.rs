@@ -1,7 +1,7 @@
 //! Measurements as one HTML page that loads nothing: plots are inline SVG, pictures are `data:` addresses, and a
 //! content security policy forbids the rest. The markup is well-formed XML, too.
 
-mod picture;
+mod thumbnail;
 
 use super::measurement::Measurement;
 use super::table::{self, HEADINGS, label};
@@ -165,10 +165,10 @@ fn pictures(heat: &Heat) -> String {
     for m in &heat.measurements {
         let Some(film) = &m.film else { continue };
         let mut caption = label(heat, m);
-        let mut images = image(&caption, film, picture::of(film));
+        let mut images = image(&caption, film, thumbnail::of(film));
         if let Some(expected) = expected.filter(|_| !m.entrant.is_yardstick()) {
-            caption += &format!("; difference × {}", picture::GAIN);
-            images += &image(&caption, film, picture::of_difference(expected, film));
+            caption += &format!("; difference × {}", thumbnail::GAIN);
+            images += &image(&caption, film, thumbnail::of_difference(expected, film));
         }
         let caption = escape(&caption);
         put(

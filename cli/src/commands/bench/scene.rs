@@ -1,6 +1,6 @@
 //! The scenes that are measured: those of the program, and files.
 
-use crate::commands::Console;
+use crate::console::Console;
 use gemtrace::Error;
 use gemtrace::scene_file::{self, LoadedScene, Override};
 use glam::DVec3;

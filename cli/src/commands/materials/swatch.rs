@@ -1,10 +1,11 @@
 //! `gemtrace materials --sheet`: the same stone in every material.
 
-use crate::commands::Console;
-use crate::commands::still::{self, Means, Studio};
+use super::Args;
+use crate::console::Console;
+use crate::progress::Onlooker;
 use gemtrace::scene_file::LoadedScene;
 use gemtrace::sheet::{Cell, Sheet};
-use gemtrace::{Error, output};
+use gemtrace::{Error, output, registry};
 use spectral_core::material::{Catalogue, Material};
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::{Background, Scene, Stone};
@@ -21,23 +22,26 @@ const WIDTH: f64 = 6.5;
 
 /// Writes the whole catalogue as one picture: a round brilliant of 6.5 mm in each material, in the built-in studio,
 /// in the order of the list; `~` marks those whose figures are approximate. Returns how many there are.
-pub fn sheet(path: &Path, means: &Means, console: &mut Console) -> Result<usize, Error> {
+pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, Error> {
     output::check(path)?;
-    let mut studio = Studio::new(means)?;
+    let mut session = args.rendering.session()?;
+    session.output.exposure = args.exposure;
     let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
     let mesh = Arc::new(mesh);
     let materials: Vec<&Material> = Catalogue::builtin().materials().collect();
-    let mut bar = None;
+    let mut onlooker = Onlooker::new(console, materials.len(), args.rendering.backend == registry::AUTO);
     let mut cells = Vec::new();
-    for (i, material) in materials.iter().enumerate() {
-        let mut scene = scene(material, &mesh);
-        if bar.is_none() {
-            bar = Some(still::bar(&studio.prepare(&mut scene)?, materials.len() as u32, console.quiet));
-        }
-        let Some(bar) = &bar else { break };
-        let still = studio.take(scene, console, bar, i as u32)?;
-        let name = material.name.clone() + if material.is_approximate() { " ~" } else { "" };
-        cells.push(Cell { width: still.scene.width, pixels: still.rgba(means.exposure), label: vec![name] });
+    for material in materials {
+        let mut loaded = LoadedScene::from(scene(material, &mesh));
+        let settings = RenderSettings::default().with_samples(16);
+        loaded.settings = RenderSettings { wavelengths: WavelengthGrid::default(), ..settings };
+        args.rendering.overrides().apply(&mut loaded);
+        let picture = session.render_watched(loaded, &mut onlooker)?;
+        cells.push(Cell::new(
+            &picture,
+            material.name.clone() + if material.is_approximate() { " ~" } else { "" },
+        ));
+        onlooker.next();
     }
     let columns = (1..).find(|n| n * n >= cells.len()).unwrap_or(1);
     let sheet = Sheet::new(&cells, columns);
@@ -45,20 +49,9 @@ pub fn sheet(path: &Path, means: &Means, console: &mut Console) -> Result<usize,
     Ok(cells.len())
 }
 
-fn scene(material: &Material, mesh: &Arc<Mesh>) -> LoadedScene {
+fn scene(material: &Material, mesh: &Arc<Mesh>) -> Scene {
     let mut stone = Stone::new(material.name.clone(), mesh.clone(), Arc::new(material.clone()));
     stone.width = Some(WIDTH);
     let background = Background::Transparent;
-    let scene = Scene { width: EDGE, height: EDGE, background, ..Scene::in_studio(vec![stone]) };
-    LoadedScene {
-        scene,
-        settings: RenderSettings {
-            wavelengths: WavelengthGrid::default(),
-            ..RenderSettings::default().with_samples(16)
-        },
-        backdrop: None,
-        warnings: Vec::new(),
-        hash: String::new(),
-        files: Vec::new(),
-    }
+    Scene { width: EDGE, height: EDGE, background, ..Scene::in_studio(vec![stone]) }
 }

@@ -15,7 +15,7 @@ use spectral_core::wavelength::WavelengthGrid;
 use std::path::Path;
 use std::sync::Arc;
 
-/// Wavelengths where nobody says how many: enough for a mean over a smooth dispersion.
+/// The default number of wavelengths: enough for a mean over a smooth dispersion.
 const WAVELENGTHS: usize = 8;
 
 /// A stone, and what its file says about looking at it.

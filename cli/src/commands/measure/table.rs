@@ -3,7 +3,7 @@
 use super::subject::Subject;
 use crate::commands::table::columns;
 use gemtrace::measure::{Conditions, Figures, Hinge, Position};
-use gemtrace::plot::{Line, Panel, svg_over};
+use gemtrace::plot::{Curve, Panel, svg_over};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
 
@@ -126,7 +126,7 @@ pub(super) fn plot(title: &str, conditions: &Conditions, positions: &[Position])
         let lines = lines.map(|(k, (name, colour))| {
             let share = |f: &Figures| f.named(&conditions.models)[k].1;
             let points = figures.iter().map(|(tilt, f)| [*tilt, 100.0 * share(f)]).collect();
-            Line { label: (*name).to_owned(), colour, points }
+            Curve { label: (*name).to_owned(), colour, points }
         });
         (!figures.is_empty()).then(|| Panel {
             label: format!("over the {part}, %"),

@@ -1,10 +1,10 @@
-//! What is told of a finished render.
+//! The report of a finished render.
 
-use super::super::Report;
+use crate::console::Report;
 use gemtrace::Error;
 use gemtrace::output::{self, Written};
 use gemtrace::quantity::{count, percent, seconds};
-use gemtrace::rendering::Rendered;
+use gemtrace::session::Rendered;
 use serde_json::{Value, json};
 use spectral_core::prepare::PreparedScene;
 use std::sync::Arc;

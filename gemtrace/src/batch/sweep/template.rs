@@ -10,7 +10,7 @@ pub struct Template(Vec<Part>);
 enum Part {
     Text(String),
     Choice(Axis),
-    /// The item's number from 1, with at least so many digits.
+    /// The item's number from 1, with at least this many digits.
     Number(usize),
 }
 

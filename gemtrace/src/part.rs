@@ -1,29 +1,32 @@
 //! One picture by many machines: each renders a share of its rows into a file, and the files are joined.
 //!
-//! A film adds up the samples of a pixel in their order, whoever asks for them, and a pixel depends on no other: so the
-//! picture that is joined is the one that a single machine would have made, bit for bit, where the devices calculate
-//! alike.
+//! A film adds the samples of a pixel in their order, and no pixel depends on another. So the joined picture has the bits
+//! that a single machine would have computed, if the devices compute alike.
 
-use crate::batch::Shard;
-use crate::output::part::{self, Header, Part, PictureHeader, Work, bits};
-use crate::output::{self, Depth, Picture, Provenance, Target};
+mod file;
+
+use crate::output::{self, Depth, Options, Picture, Provenance, Target};
+use crate::shard::Shard;
 use crate::{Error, import};
+pub use file::Contribution;
+use file::{Header, Part, PictureHeader};
 use serde_json::Value;
 use spectral_core::color::RgbSpace;
 use spectral_core::film::{BLOCK, Film, PixelSums};
 use std::path::{Path, PathBuf};
 
-/// The rows of a picture that a shard renders: every so-manieth band, so that no machine gets all of the stone.
+/// The rows of a picture that a shard renders. Of n shards, each takes every n-th band of rows, so that the stone, which
+/// costs most, is spread over all machines.
 ///
 /// ```
-/// use gemtrace::{batch::Shard, share::Share};
-/// let shares = (0..3).map(|index| Share::new(Shard::new(index, 3).unwrap(), 50).unwrap());
-/// let mut rows: Vec<u32> = shares.flat_map(|share| share.rows()).collect();
+/// use gemtrace::{part::Bands, shard::Shard};
+/// let parts = (0..3).map(|index| Bands::new(Shard::new(index, 3).unwrap(), 50).unwrap());
+/// let mut rows: Vec<u32> = parts.flat_map(|part| part.rows()).collect();
 /// rows.sort();
 /// assert_eq!(rows, (0..50).collect::<Vec<u32>>());
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Share {
+pub struct Bands {
     shard: Shard,
     height: u32,
     /// Rows of a band.
@@ -35,8 +38,8 @@ pub struct Share {
 /// Bands are whole multiples of [`BLOCK`]: pixels that are judged together stay together.
 const BAND: u32 = 16;
 
-impl Share {
-    /// A shard's share of a picture of so many rows.
+impl Bands {
+    /// The bands of a shard in a picture of this many rows.
     ///
     /// # Errors
     /// [`Error::Usage`] where there are more shards than blocks of four rows.
@@ -51,7 +54,7 @@ impl Share {
         }
         // Four bands for each shard, if that leaves any blocks.
         let band = BLOCK * (blocks / shard.count().saturating_mul(4)).clamp(1, BAND / BLOCK);
-        Ok(Share { shard, height, band })
+        Ok(Bands { shard, height, band })
     }
 
     /// The rows, from the top.
@@ -81,18 +84,23 @@ pub fn part_path(picture: &Path, shard: Shard) -> PathBuf {
     picture.with_file_name(format!("{stem}.part-{}-of-{}.exr", shard.index() + 1, shard.count()))
 }
 
-/// The picture's name without extension, and the shard, that a part's file name tells of.
+/// The picture's name without extension, and the shard, from the name of a part's file.
 fn parse_name(name: &str) -> Option<(&str, Shard)> {
     let (stem, numbers) = name.strip_suffix(".exr")?.rsplit_once(".part-")?;
     let (index, count) = numbers.split_once("-of-")?;
     Some((stem, Shard::new(index.parse::<u32>().ok()?.checked_sub(1)?, count.parse().ok()?)?))
 }
 
-/// Writes a shard's rows beside the picture that they belong to. Returns the file.
+/// Writes a shard's rows beside the picture that they belong to, with what this machine contributed. Returns the file.
 ///
 /// # Errors
 /// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than blocks of rows.
-pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) -> Result<PathBuf, Error> {
+pub fn write(
+    shard: Shard,
+    targets: &[Target],
+    picture: &Picture,
+    work: Contribution,
+) -> Result<PathBuf, Error> {
     let first = targets.first().map_or(Path::new("picture"), Target::path);
     let path = part_path(first, shard);
     let folder = first.parent().unwrap_or(Path::new(""));
@@ -101,16 +109,16 @@ pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) ->
     let Value::Object(facts) = picture.provenance.to_json() else {
         return Err(Error::output(path, "the picture's provenance is no object"));
     };
-    let film = picture.film;
+    let film = &picture.film;
     let header = Header {
         shard: shard.to_string(),
         picture: PictureHeader {
             width: film.width(),
             height: film.height(),
-            spectral: if film.wavelength_count() > 0 { picture.wavelengths.to_vec() } else { Vec::new() },
-            space: picture.space.name().to_owned(),
-            bits: bits(picture.depth),
-            exposure: picture.exposure,
+            spectral: picture.wavelengths.clone(),
+            space: picture.options.space.name().to_owned(),
+            bits: picture.options.depth.bits(),
+            exposure: picture.options.exposure,
             transparent: picture.transparent,
             backdrop: picture.backdrop,
             outputs: targets.iter().map(told).collect(),
@@ -118,7 +126,7 @@ pub fn write(shard: Shard, targets: &[Target], picture: &Picture, work: Work) ->
         },
         work,
     };
-    part::write(&path, &header, film, &Share::new(shard, film.height())?.rows())?;
+    file::write(&path, &header, film, &Bands::new(shard, film.height())?.rows())?;
     Ok(path)
 }
 
@@ -164,10 +172,10 @@ pub fn merge(folder: &Path, stem: &str, count: u32) -> Result<Vec<PathBuf>, Erro
         let message = format!("of '{stem}' these shards are missing: {names} (no {})", file.display());
         return Err(Error::Items(message));
     }
-    let mut joined: Option<(PictureHeader, Work, Film)> = None;
+    let mut joined: Option<(PictureHeader, Contribution, Film)> = None;
     for shard in shards {
         let path = path(shard);
-        let part = part::read(&path)?;
+        let part = file::read(&path)?;
         let (header, work, film) = match &mut joined {
             Some(joined) => joined,
             None => joined.insert(begin(&part).map_err(|e| Error::file(&path, e))?),
@@ -177,20 +185,25 @@ pub fn merge(folder: &Path, stem: &str, count: u32) -> Result<Vec<PathBuf>, Erro
             return Err(Error::file(path, message));
         }
         work.add(&part.header.work);
-        let rows = Share::new(shard, film.height())?.rows();
+        let rows = Bands::new(shard, film.height())?.rows();
         part.place(film, &rows)
             .map_err(|e| Error::file(&path, format!("not a complete part of a picture: {e}")))?;
     }
-    joined.map_or(Ok(Vec::new()), |(header, work, film)| finish(folder, header, &work, &film))
+    joined.map_or(Ok(Vec::new()), |(header, work, film)| finish(folder, header, &work, film))
 }
 
-fn begin(part: &Part) -> Result<(PictureHeader, Work, Film), Error> {
+fn begin(part: &Part) -> Result<(PictureHeader, Contribution, Film), Error> {
     let header = part.header.picture.clone();
     let film = Film::with_size(header.width, header.height, header.spectral.len())?;
-    Ok((header, Work::default(), film))
+    Ok((header, Contribution::default(), film))
 }
 
-fn finish(folder: &Path, header: PictureHeader, work: &Work, film: &Film) -> Result<Vec<PathBuf>, Error> {
+fn finish(
+    folder: &Path,
+    header: PictureHeader,
+    work: &Contribution,
+    film: Film,
+) -> Result<Vec<PathBuf>, Error> {
     let PictureHeader { spectral, space, bits, exposure, transparent, backdrop, outputs, facts, .. } = header;
     let all = |k: usize| work.devices.iter().map(|d| d[k].as_str()).collect::<Vec<_>>().join(" + ").into();
     let mut provenance = Provenance::from_facts(facts);
@@ -198,19 +211,12 @@ fn finish(folder: &Path, header: PictureHeader, work: &Work, film: &Film) -> Res
     for (key, value) in OF_WORK.into_iter().zip([all(0), all(1), all(2), work.rays.into(), energy]) {
         provenance = provenance.with(key, value);
     }
-    let picture = Picture {
-        film,
-        space: RgbSpace::by_name(&space)?,
-        depth: if bits == 16 { Depth::Sixteen } else { Depth::Eight },
-        exposure,
-        transparent,
-        backdrop,
-        wavelengths: &spectral,
-        provenance: &provenance,
-    };
+    let depth = Depth::of_bits(bits).unwrap_or_default();
+    let options = Options { space: RgbSpace::by_name(&space)?, depth, exposure };
+    let picture = Picture { film, wavelengths: spectral, transparent, backdrop, options, provenance };
     let write = |name: &String| {
         let target = Target::new(folder.join(name))?;
-        output::write(&target, &picture)?;
+        picture.write(&target)?;
         Ok(target.path().to_owned())
     };
     outputs.iter().map(write).collect()

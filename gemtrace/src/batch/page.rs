@@ -27,8 +27,8 @@ pub fn write(folder: &Path, title: &str, entries: &[Entry]) -> Result<PathBuf, E
     Ok(path)
 }
 
-const STYLE: &str = include_str!("sheet/style.css");
-const SCRIPT: &str = include_str!("sheet/script.js");
+const STYLE: &str = include_str!("page/style.css");
+const SCRIPT: &str = include_str!("page/script.js");
 
 /// The whole page; pictures are read from `folder`.
 pub fn html(folder: &Path, title: &str, entries: &[Entry]) -> String {
@@ -75,7 +75,7 @@ fn device(done: &Done) -> String {
     names.collect::<Vec<_>>().join(" + ")
 }
 
-/// Numbers of a picture: what it is called, its key for sorting, its value and how that is told.
+/// Numbers of a picture: what it is called, its key for sorting, its value, and the value as text.
 fn figures(done: &Done) -> Vec<(&'static str, &'static str, f64, String)> {
     let share = |key: &str| done.energy.get(key).and_then(Value::as_f64).unwrap_or(0.0);
     let setting = |key: &str| done.settings.get(key).and_then(Value::as_u64).unwrap_or(0);

@@ -1,8 +1,6 @@
 //! Pictures inside a page.
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
-use png::{BitDepth, ColorType, Encoder};
+use gemtrace::output;
 use spectral_core::color::{RgbSpace, srgb_encode};
 use spectral_core::film::Film;
 
@@ -25,13 +23,6 @@ pub fn of_difference(expected: &Film, found: &Film) -> Option<String> {
 /// Linear pixels as an sRGB PNG of 8 bits; where nothing is, black.
 fn encode(film: &Film, pixels: &[[f32; 4]], gain: f32) -> Option<String> {
     let channel = |c: f32| (255.0 * srgb_encode(f64::from(c * gain).clamp(0.0, 1.0))).round() as u8;
-    let bytes: Vec<u8> = pixels.iter().flat_map(|[r, g, b, _]| [*r, *g, *b].map(channel)).collect();
-    let mut file = Vec::new();
-    let mut encoder = Encoder::new(&mut file, film.width(), film.height());
-    encoder.set_color(ColorType::Rgb);
-    encoder.set_depth(BitDepth::Eight);
-    let mut writer = encoder.write_header().ok()?;
-    writer.write_image_data(&bytes).ok()?;
-    writer.finish().ok()?;
-    Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
+    let pixels: Vec<[u8; 3]> = pixels.iter().map(|[r, g, b, _]| [*r, *g, *b].map(channel)).collect();
+    output::data_url(film.width(), &pixels).ok()
 }

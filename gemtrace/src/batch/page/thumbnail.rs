@@ -1,12 +1,9 @@
 //! A picture, small, inside a page.
 
 use crate::batch::manifest::{Done, FileRecord};
-use crate::output::Format;
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD;
+use crate::output::{self, Format};
 use image::{ImageFormat, Rgba, RgbaImage, imageops};
 use spectral_core::color::srgb_encode;
-use std::io::Cursor;
 use std::path::Path;
 
 /// The longest edge, pixels; smaller pictures stay as they are.
@@ -34,9 +31,8 @@ pub fn of(folder: &Path, done: &Done) -> Result<String, String> {
     } else {
         picture
     };
-    let mut bytes = Cursor::new(Vec::new());
-    small.write_to(&mut bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
-    Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes.into_inner())))
+    let pixels: Vec<[u8; 4]> = small.pixels().map(|pixel| pixel.0).collect();
+    output::data_url(small.width(), &pixels)
 }
 
 fn complaint(file: &FileRecord, error: &str) -> String {

@@ -1,6 +1,7 @@
 //! Many colours at once, for comparisons with other ways from a colour to a spectrum.
 
-use crate::commands::{Report, table};
+use crate::commands::table;
+use crate::console::Report;
 use gemtrace::{Error, import};
 use serde_json::json;
 use spectral_core::color::Response;

@@ -1,12 +1,10 @@
-//! A share of a picture on its way from one machine to another: some rows of a film, with all that is needed to write
-//! the picture once the others are there.
+//! The file of a part: some rows of a film, with all that is needed to write the picture once the other parts are there.
 //!
-//! The file is an OpenEXR of those rows alone, one below the other, in 32-bit floats without loss: the sums `X`, `Y`, `Z`
+//! It is an OpenEXR of those rows alone, one below the other, in 32-bit floats without loss: the sums `X`, `Y`, `Z`
 //! and `coverage`, the number of `samples`, and for spectral films the sums of radiance, `S0000`, `S0001` and so on. The
 //! attribute `gemtrace.part` holds a [`Header`] as JSON.
 
-use super::{Depth, file};
-use crate::Error;
+use crate::{Error, output};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
@@ -23,12 +21,12 @@ const ATTRIBUTE: &str = "gemtrace.part";
 /// What a part says of itself and of its picture.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Header {
-    /// Which share this is, such as "3/8".
+    /// Which shard this is, such as "3/8".
     pub shard: String,
-    /// The same in all shares of a picture.
+    /// The same in all parts of a picture.
     pub picture: PictureHeader,
-    /// What was done for this share.
-    pub work: Work,
+    /// What was done for this part.
+    pub work: Contribution,
 }
 
 /// How the picture is to be written.
@@ -52,13 +50,13 @@ pub struct PictureHeader {
     pub backdrop: Option<[f64; 3]>,
     /// The files to be written, from the folder of the part on.
     pub outputs: Vec<String>,
-    /// The picture's provenance but for what depends on the [`Work`].
+    /// The picture's provenance but for what depends on the [`Contribution`].
     pub facts: Map<String, Value>,
 }
 
-/// What a machine did.
+/// What one machine contributed to a picture.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct Work {
+pub struct Contribution {
     /// Backend, name and driver of the devices, in order.
     pub devices: Vec<[String; 3]>,
     /// Segments traced.
@@ -67,17 +65,17 @@ pub struct Work {
     pub energy: [f64; 5],
 }
 
-impl Work {
-    /// The work that a report tells of.
+impl Contribution {
+    /// What a report says.
     pub fn new(devices: &[DeviceInfo], report: &TraceReport) -> Self {
         let facts = |d: &DeviceInfo| [d.backend.to_owned(), d.name.clone(), d.driver.clone()];
         let e = &report.energy;
         let energy = [e.started, e.dropped_depth, e.dropped_threshold, e.left_at_limit, e.lost];
-        Work { devices: devices.iter().map(facts).collect(), rays: report.rays, energy }
+        Contribution { devices: devices.iter().map(facts).collect(), rays: report.rays, energy }
     }
 
     /// Adds another machine's.
-    pub fn add(&mut self, other: &Work) {
+    pub fn add(&mut self, other: &Contribution) {
         for device in &other.devices {
             if !self.devices.contains(device) {
                 self.devices.push(device.clone());
@@ -91,14 +89,6 @@ impl Work {
     pub fn energy(&self) -> Energy {
         let [started, dropped_depth, dropped_threshold, left_at_limit, lost] = self.energy;
         Energy { started, dropped_depth, dropped_threshold, left_at_limit, lost }
-    }
-}
-
-/// The number of bits that a PNG has, and back.
-pub fn bits(depth: Depth) -> u32 {
-    match depth {
-        Depth::Eight => 8,
-        Depth::Sixteen => 16,
     }
 }
 
@@ -139,7 +129,7 @@ pub fn write(path: &Path, header: &Header, film: &Film, rows: &[u32]) -> Result<
         encoding,
         AnyChannels::sort(channels.into_iter().collect()),
     ));
-    file::write(path, |file| image.write().to_unbuffered(file).map_err(|e| e.to_string()))
+    output::write_file(path, |file| image.write().to_unbuffered(file).map_err(|e| e.to_string()))
 }
 
 fn spectral(k: usize) -> String {

@@ -1,4 +1,4 @@
-//! A share of the work.
+//! A share of the work, for one of several machines.
 
 use crate::Error;
 use std::fmt;
@@ -7,7 +7,7 @@ use std::str::FromStr;
 /// The `index`-th of `count` shares; every share takes each `count`-th item.
 ///
 /// ```
-/// use gemtrace::batch::Shard;
+/// use gemtrace::shard::Shard;
 /// let shard: Shard = "2/3".parse()?;
 /// let items: Vec<usize> = (0..8).filter(|&item| shard.has(item)).collect();
 /// assert_eq!((shard.to_string().as_str(), items.as_slice()), ("2/3", &[1, 4, 7][..]));
@@ -55,8 +55,19 @@ impl Shard {
         Shard::of(item, self.count) == self
     }
 
-    /// The share that the scheduler that runs this process has in mind, if one does; `variable` looks up the
-    /// environment.
+    /// The share that `text` names: `i/n`, or `auto` for that of the scheduler that runs this process, and all of the work
+    /// where there is none.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for any other text; as [`Shard::from_scheduler`].
+    pub fn by_name(text: &str) -> Result<Self, Error> {
+        match text {
+            "auto" => Ok(Shard::from_scheduler(|name| std::env::var(name).ok())?.unwrap_or(Shard::WHOLE)),
+            _ => text.parse(),
+        }
+    }
+
+    /// The share that a scheduler gives to this process, if there is one; `variable` looks up the environment.
     ///
     /// | scheduler | index | count |
     /// |---|---|---|
@@ -99,38 +110,6 @@ impl Shard {
             return Shard::new(index, count).map(Some).ok_or_else(|| Error::Usage(message()));
         }
         Ok(None)
-    }
-}
-
-/// What `--shard` says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Portion {
-    /// `auto`: whatever the scheduler says.
-    Scheduler,
-    /// `i/n`.
-    Shard(Shard),
-}
-
-impl Portion {
-    /// The share of this process; all of the work where a scheduler is asked for and there is none.
-    ///
-    /// # Errors
-    /// As [`Shard::from_scheduler`].
-    pub fn resolve(self) -> Result<Shard, Error> {
-        match self {
-            Portion::Shard(shard) => Ok(shard),
-            Portion::Scheduler => {
-                Ok(Shard::from_scheduler(|name| std::env::var(name).ok())?.unwrap_or(Shard::WHOLE))
-            }
-        }
-    }
-}
-
-impl FromStr for Portion {
-    type Err = Error;
-
-    fn from_str(text: &str) -> Result<Self, Error> {
-        if text == "auto" { Ok(Portion::Scheduler) } else { text.parse().map(Portion::Shard) }
     }
 }
 

@@ -1,36 +1,27 @@
 //! A stone under one light: a raster with one ray a pixel, and which of its rays meet what.
 
 use super::Conditions;
-use crate::Error;
-use crate::registry::Choice;
-use crate::rendering;
+use crate::{Error, Session, Watch};
 use glam::DVec3;
 use spectral_core::camera::{Camera, Projection};
-use spectral_core::environment::Environment;
-use spectral_core::film::Film;
+use spectral_core::environment::{Environment, LightModel};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::{Background, Scene, Stone};
 use spectral_core::settings::RenderSettings;
-use spectral_core::tracer::{OpenOptions, Progress};
-use std::ops::ControlFlow;
 use std::sync::Arc;
 
-/// The eye with its raster, and what renders.
-pub(super) struct Lens<'a> {
+/// The eye that looks at the stone, and what renders for it.
+pub(super) struct Eye<'a> {
     camera: Camera,
     conditions: &'a Conditions,
-    device: Choice,
-    options: OpenOptions,
+    session: &'a mut Session,
+    /// The light models that were drawn.
+    drawn: Vec<(LightModel, Environment)>,
 }
 
-impl<'a> Lens<'a> {
+impl<'a> Eye<'a> {
     /// For stones that reach this far from the origin, mm.
-    pub fn new(
-        conditions: &'a Conditions,
-        reach: f64,
-        device: Choice,
-        options: OpenOptions,
-    ) -> Result<Self, Error> {
+    pub fn new(conditions: &'a Conditions, reach: f64, session: &'a mut Session) -> Result<Self, Error> {
         let (distance, projection) = match conditions.eye {
             None => {
                 // A ray more, so that those at the edge pass the stone by.
@@ -50,11 +41,30 @@ impl<'a> Lens<'a> {
             }
         };
         let camera = Camera { position: DVec3::Z * distance, look_at: DVec3::ZERO, up: DVec3::Y, projection };
-        Ok(Lens { camera, conditions, device, options })
+        Ok(Eye { camera, conditions, session, drawn: Vec::new() })
+    }
+
+    /// The stone under a light model, which is drawn once.
+    pub fn see_under(
+        &mut self,
+        stone: &Stone,
+        model: &LightModel,
+        watch: &mut dyn Watch,
+    ) -> Result<Raster, Error> {
+        let known = self.drawn.iter().find(|(drawn, _)| drawn == model).map(|(_, light)| light.clone());
+        let light = match known {
+            Some(light) => light,
+            None => {
+                let light = Environment::image(model.image()?);
+                self.drawn.push((model.clone(), light.clone()));
+                light
+            }
+        };
+        self.see(stone, light, watch)
     }
 
     /// The stone under a light.
-    pub fn see(&self, stone: &Stone, light: Environment, stop: &dyn Fn() -> bool) -> Result<Picture, Error> {
+    pub fn see(&mut self, stone: &Stone, light: Environment, watch: &mut dyn Watch) -> Result<Raster, Error> {
         let scene = Scene {
             camera: self.camera.clone(),
             width: self.conditions.size,
@@ -65,17 +75,8 @@ impl<'a> Lens<'a> {
         };
         let settings =
             RenderSettings { samples: 1, jitter: false, spectral: false, ..self.conditions.settings.clone() };
-        let prepared = Arc::new(PreparedScene::new(&scene, &settings)?);
-        let mut film = Film::new(&prepared);
-        let mut watch = |_: Progress| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-        let rendered =
-            rendering::render([self.device.clone()], &prepared, &mut film, &self.options, &mut watch);
-        if let Some(failure) = rendered.failure {
-            return Err(failure);
-        }
-        if !rendered.traced.finished {
-            return Err(Error::Interrupted);
-        }
+        let prepared = self.session.prepare(&scene, &settings)?;
+        let (film, rendered) = self.session.film(&prepared, watch)?;
         let places = || (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y)));
         let xyz = places().map(|(x, y)| film.xyz(x, y).map(f64::from)).collect();
         let covered: Vec<bool> = places().map(|(x, y)| film.coverage(x, y) > 0.5).collect();
@@ -83,12 +84,12 @@ impl<'a> Lens<'a> {
         // Rays that miss the stone start with as much as those that meet it.
         let share = covered.iter().filter(|c| **c).count() as f64 / covered.len() as f64;
         let dropped = if share > 0.0 { energy.dropped_share() / share } else { 0.0 };
-        Ok(Picture { xyz, covered, dropped, prepared })
+        Ok(Raster { xyz, covered, dropped, prepared })
     }
 }
 
 /// What the rays of the raster brought, row by row.
-pub(super) struct Picture {
+pub(super) struct Raster {
     /// CIE XYZ, Y = 1 for light of radiance 1.
     pub xyz: Vec<[f64; 3]>,
     /// Whether the ray meets the stone.
@@ -103,13 +104,13 @@ pub(super) struct Mask(Vec<usize>);
 
 impl Mask {
     /// All that meet the stone.
-    pub fn stone(picture: &Picture) -> Self {
+    pub fn stone(picture: &Raster) -> Self {
         Mask((0..picture.covered.len()).filter(|&i| picture.covered[i]).collect())
     }
 
     /// Those of them that meet one facet first of a convex stone: a ray is inside it where it has crossed every plane
     /// that faces it, the last of which is its entry.
-    pub fn of_facet(&self, picture: &Picture, facet: u32) -> Self {
+    pub fn of_facet(&self, picture: &Raster, facet: u32) -> Self {
         let scene = &picture.prepared;
         let entry = |i: usize| {
             let (x, y) = (i % scene.width as usize, i / scene.width as usize);
@@ -130,26 +131,26 @@ impl Mask {
     }
 
     /// The rays' colours.
-    pub fn of<'a>(&'a self, picture: &'a Picture) -> impl Iterator<Item = [f64; 3]> + 'a {
+    pub fn of<'a>(&'a self, picture: &'a Raster) -> impl Iterator<Item = [f64; 3]> + 'a {
         self.0.iter().map(|&i| picture.xyz[i])
     }
 
     /// The rays' colours in two pictures, of those that meet the stone in the second, too.
     pub fn of_both<'a>(
         &'a self,
-        [first, second]: [&'a Picture; 2],
+        [first, second]: [&'a Raster; 2],
     ) -> impl Iterator<Item = [[f64; 3]; 2]> + 'a {
         let both = self.0.iter().filter(|&&i| second.covered[i]);
         both.map(|&i| [first.xyz[i], second.xyz[i]])
     }
 
     /// The mean luminance.
-    pub fn mean(&self, picture: &Picture) -> f64 {
+    pub fn mean(&self, picture: &Raster) -> f64 {
         self.of(picture).map(|[_, y, _]| y).sum::<f64>() / self.0.len() as f64
     }
 
     /// The standard deviation of luminance.
-    pub fn deviation(&self, picture: &Picture) -> f64 {
+    pub fn deviation(&self, picture: &Raster) -> f64 {
         let mean = self.mean(picture);
         let squares = self.of(picture).map(|[_, y, _]| (y - mean).powi(2)).sum::<f64>();
         (squares / self.0.len() as f64).sqrt()

@@ -1,0 +1,97 @@
+//! How a command and a person exchange remarks, a report, and a request to stop.
+
+use gemtrace::Error;
+use serde_json::Value;
+use std::io::Write;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+/// A request to stop, shared with the handler of Ctrl-C.
+///
+/// While a render runs, a request makes it stop and write what is finished. At any other time there is
+/// nothing to save, and the handler may end the process at once.
+#[derive(Debug, Default)]
+pub struct Interrupt {
+    requested: AtomicBool,
+    heeded: AtomicBool,
+}
+
+impl Interrupt {
+    /// Asks to stop. Returns whether something will heed it; if not, or on a second request, the caller
+    /// may end the process.
+    pub fn request(&self) -> bool {
+        !self.requested.swap(true, Relaxed) && self.heeded.load(Relaxed)
+    }
+
+    /// Whether someone has asked to stop.
+    pub fn is_requested(&self) -> bool {
+        self.requested.load(Relaxed)
+    }
+
+    /// [`ControlFlow::Break`] once someone has asked to stop.
+    pub fn flow(&self) -> ControlFlow<()> {
+        if self.is_requested() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+
+    /// From now on requests are looked at.
+    pub fn heed(&self) {
+        self.heeded.store(true, Relaxed);
+    }
+}
+
+/// What a command has to say.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Report {
+    /// For people, without a final line break.
+    pub text: String,
+    /// The same facts for scripts.
+    pub json: Value,
+    /// A failure, where there is a report all the same.
+    pub failure: Option<Error>,
+}
+
+impl Report {
+    /// The report of a command that did all it was asked to.
+    pub fn new(text: impl Into<String>, json: Value) -> Self {
+        Report { text: text.into(), json, failure: None }
+    }
+}
+
+/// Where a command's remarks go while it runs, and how it is stopped.
+pub struct Console<'a> {
+    /// Warnings, one a line.
+    pub log: &'a mut dyn Write,
+    /// No warnings and no progress bar.
+    pub quiet: bool,
+    /// A request to stop.
+    pub interrupt: &'a Interrupt,
+}
+
+impl Console<'_> {
+    /// Tells a person what is being done.
+    pub fn say(&mut self, message: impl std::fmt::Display) {
+        if !self.quiet {
+            // If the standard error is closed, there is nowhere to report it.
+            writeln!(self.log, "{message}").ok();
+        }
+    }
+
+    /// Tells a person of something that does not stop the work.
+    pub fn warn(&mut self, message: impl std::fmt::Display) {
+        self.say(format_args!("warning: {message}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_a_first_request_to_a_running_render_is_heeded() {
+        let idle = Interrupt::default();
+        assert!(!idle.request() && idle.is_requested());
+        let running = Interrupt::default();
+        running.heed();
+        assert!(running.request() && !running.request());
+    }
+}

@@ -1,0 +1,124 @@
+//! A rendered picture with all that its files need.
+
+#[cfg(feature = "formats")]
+use super::exr;
+use super::{Depth, Format, Provenance, Target, file, png};
+use crate::Error;
+use crate::scene_file::LoadedScene;
+use spectral_core::color::{RgbSpace, matrix};
+use spectral_core::film::Film;
+use spectral_core::prepare::PreparedScene;
+use spectral_core::scene::Background;
+use spectral_core::tracer::{DeviceInfo, TraceReport};
+use std::path::PathBuf;
+
+/// How a picture is written.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Options {
+    /// The colour space of the EXR's RGB, and of the PNG where PNG has a name for it (see [`png_space`]).
+    ///
+    /// [`png_space`]: super::png_space
+    pub space: RgbSpace,
+    /// Bits a channel of the PNG.
+    pub depth: Depth,
+    /// Stops (powers of two) that the PNG is brightened by. The EXR keeps the scene's own values.
+    pub exposure: f64,
+}
+
+impl Default for Options {
+    /// sRGB, 8 bits, as bright as the scene.
+    fn default() -> Self {
+        Options { space: RgbSpace::Srgb, depth: Depth::Eight, exposure: 0.0 }
+    }
+}
+
+/// A film, and how it is to be written.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// The samples.
+    pub film: Film,
+    /// The wavelengths of the film's spectral planes, nm; none unless the film is spectral.
+    pub wavelengths: Vec<f64>,
+    /// Whether alpha is coverage (else 1).
+    pub transparent: bool,
+    /// A colour to put behind what is transparent, linear sRGB as it is shown: the exposure leaves it alone.
+    pub backdrop: Option<[f64; 3]>,
+    /// Colour space, bits, exposure.
+    pub options: Options,
+    /// What goes into the headers.
+    pub provenance: Provenance,
+}
+
+impl Picture {
+    /// The picture of a scene, from the film that `devices` have filled as `report` says.
+    pub fn new(
+        film: Film,
+        scene: &PreparedScene,
+        loaded: &LoadedScene,
+        devices: &[DeviceInfo],
+        report: &TraceReport,
+        options: Options,
+    ) -> Self {
+        let provenance = Provenance::new(&loaded.name, &loaded.hash, scene, devices, report)
+            .with("space", options.space.name().into())
+            .with("exposure", options.exposure.into());
+        let spectral = film.wavelength_count() > 0;
+        Picture {
+            wavelengths: if spectral { scene.settings.wavelengths.nm().to_vec() } else { Vec::new() },
+            transparent: scene.background == Background::Transparent,
+            backdrop: loaded.backdrop,
+            film,
+            options,
+            provenance,
+        }
+    }
+
+    /// Writes a PNG or an EXR, as the extension of the name says. Returns its size in bytes.
+    ///
+    /// # Errors
+    /// [`Error::Output`] for another extension and for a file that cannot be written; then nothing is left behind.
+    pub fn save(&self, path: impl Into<PathBuf>) -> Result<u64, Error> {
+        self.write(&Target::new(path)?)
+    }
+
+    /// The same for a target that has been checked.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if it cannot be written; then nothing is left behind.
+    pub fn write(&self, target: &Target) -> Result<u64, Error> {
+        file::write(target.path(), |file| match target.format() {
+            Format::Png => png::encode(self, file),
+            #[cfg(feature = "formats")]
+            Format::Exr => exr::encode(self, file),
+            #[cfg(not(feature = "formats"))]
+            Format::Exr => Err("EXR needs the feature 'formats'".to_owned()),
+        })
+    }
+
+    /// What an 8-bit PNG in sRGB would show: encoded, straight alpha, row by row.
+    pub fn rgba(&self) -> Vec<[u8; 4]> {
+        let pixels = self.pixels(RgbSpace::Srgb, self.options.exposure.exp2());
+        pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
+    }
+
+    /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
+    pub(super) fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
+        let mut pixels = self.film.to_space(space);
+        let width = self.film.width() as usize;
+        let backdrop = self.backdrop.filter(|_| self.transparent);
+        let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
+        for (i, pixel) in pixels.iter_mut().enumerate() {
+            let sampled = || self.film.samples((i % width) as u32, (i / width) as u32) > 0;
+            let [colour @ .., alpha] = pixel;
+            colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
+            if let Some(behind) = backdrop.filter(|_| sampled()) {
+                let through = 1.0 - f64::from(*alpha);
+                colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
+                *alpha = 1.0;
+            } else if !self.transparent {
+                *alpha = f32::from(u8::from(sampled()));
+            }
+        }
+        pixels
+    }
+}
