@@ -18,7 +18,7 @@
 #[cfg(feature = "batch")]
 pub mod animation;
 #[cfg(feature = "formats")]
-mod exr;
+pub(crate) mod exr;
 mod file;
 mod picture;
 mod png;

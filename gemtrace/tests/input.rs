@@ -423,3 +423,19 @@ fn stones_must_have_a_size_and_a_place() {
     );
     assert!(with("priority = 1e3").contains("priority = 1e3 in [[stone]]: expected a whole number"));
 }
+
+#[test]
+fn a_file_that_is_named_again_is_decoded_again_only_if_it_has_changed() {
+    let text = stone("mesh = \"cube.obj\"\nmaterial = \"diamond\"");
+    let folder = Folder::new().with("cube.obj", CUBE);
+    let mut assets = scene_file::Assets::default();
+    let mut load = || {
+        let loaded = assets.parse(&text, Path::new("scene.toml"), folder.0.path()).unwrap();
+        (loaded.scene.stones[0].mesh.clone(), loaded.hash)
+    };
+    let [(first, hash), (second, same)] = [load(), load()];
+    assert!(std::sync::Arc::ptr_eq(&first, &second) && hash == same);
+    std::fs::write(folder.path("cube.obj"), format!("{CUBE}# larger\n")).unwrap();
+    let (third, other) = load();
+    assert!(!std::sync::Arc::ptr_eq(&first, &third) && hash != other);
+}

@@ -19,21 +19,25 @@ use std::io::{Read, Seek, SeekFrom, Write};
 
 /// Encodes a picture: premultiplied RGBA and, if the film keeps them, its spectral planes.
 pub fn encode(picture: &Picture, file: &mut File) -> Result<(), String> {
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
-    };
     let size = Vec2(picture.film.width() as usize, picture.film.height() as usize);
-    let layer =
-        Layer::new(size, layer_attributes(picture), encoding, AnyChannels::sort(channels(picture).collect()));
-    let mut image = Image::from_layer(layer);
+    let mut image = image(size, layer_attributes(picture), channels(picture));
     image.attributes.chromaticities = Some(chromaticities(picture.options.space));
     image.write().to_unbuffered(&mut *file).map_err(|e| match e {
         exr::error::Error::Io(e) => e.to_string(),
         other => other.to_string(),
     })?;
     sort_header(file).map_err(|e| e.to_string())
+}
+
+/// One layer in scan lines, compressed without loss.
+pub(crate) fn image(
+    size: Vec2<usize>,
+    attributes: LayerAttributes,
+    channels: impl Iterator<Item = AnyChannel<FlatSamples>>,
+) -> Image<Layer<AnyChannels<FlatSamples>>> {
+    let (compression, blocks, line_order) = (Compression::ZIP16, Blocks::ScanLines, LineOrder::Increasing);
+    let encoding = Encoding { compression, blocks, line_order };
+    Image::from_layer(Layer::new(size, attributes, encoding, AnyChannels::sort(channels.collect())))
 }
 
 /// Puts the header's attributes in the order of their names, so that the same picture is the same bytes:
@@ -79,7 +83,8 @@ fn channels(picture: &Picture) -> impl Iterator<Item = AnyChannel<FlatSamples>> 
     colours.into_iter().chain(spectra.map(|(name, plane)| channel(&name, plane)))
 }
 
-fn channel(name: &str, samples: Vec<f32>) -> AnyChannel<FlatSamples> {
+/// 32-bit floats under a name.
+pub(crate) fn channel(name: &str, samples: Vec<f32>) -> AnyChannel<FlatSamples> {
     AnyChannel::new(text(name), FlatSamples::F32(samples))
 }
 
@@ -131,7 +136,7 @@ fn attribute(value: &Value) -> AttributeValue {
 }
 
 /// EXR text as UTF-8; a zero byte would end it.
-fn text(s: &str) -> Text {
+pub(crate) fn text(s: &str) -> Text {
     Text::from_slice_unchecked(s.replace('\0', " ").as_bytes())
 }
 

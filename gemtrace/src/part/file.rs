@@ -4,11 +4,12 @@
 //! and `coverage`, the number of `samples`, and for spectral films the sums of radiance, `S0000`, `S0001` and so on. The
 //! attribute `gemtrace.part` holds a [`Header`] as JSON.
 
+use crate::output::exr::{channel, image, text};
 use crate::{Error, output};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
-    AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
-    LineOrder, Text, Vec2, WritableImage, read_first_flat_layer_from_file,
+    AnyChannel, AnyChannels, FlatSamples, Layer, LayerAttributes, Vec2, WritableImage,
+    read_first_flat_layer_from_file,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -97,38 +98,25 @@ impl Contribution {
 /// # Errors
 /// [`Error::Output`] if the file cannot be written.
 pub fn write(path: &Path, header: &Header, film: &Film, rows: &[u32]) -> Result<u64, Error> {
-    let text = serde_json::to_string(header).map_err(|e| Error::output(path, e))?;
+    let header = serde_json::to_string(header).map_err(|e| Error::output(path, e))?;
     let pixels = || rows.iter().flat_map(|y| (0..film.width()).map(move |x| (x, *y)));
-    let floats =
-        |value: &dyn Fn(u32, u32) -> f32| FlatSamples::F32(pixels().map(|(x, y)| value(x, y)).collect());
-    let mut channels = vec![
-        AnyChannel::new("X", floats(&|x, y| film.sums(x, y).xyz[0])),
-        AnyChannel::new("Y", floats(&|x, y| film.sums(x, y).xyz[1])),
-        AnyChannel::new("Z", floats(&|x, y| film.sums(x, y).xyz[2])),
-        AnyChannel::new("coverage", floats(&|x, y| film.sums(x, y).coverage)),
-        AnyChannel::new(
-            "samples",
-            FlatSamples::U32(pixels().map(|(x, y)| film.sums(x, y).samples).collect()),
-        ),
-    ];
-    for k in 0..film.wavelength_count() {
-        channels.push(AnyChannel::new(spectral(k).as_str(), floats(&|x, y| film.radiance_sums(x, y)[k])));
-    }
-    let encoding = Encoding {
-        compression: Compression::ZIP16,
-        blocks: Blocks::ScanLines,
-        line_order: LineOrder::Increasing,
+    let floats = |name: &str, value: &dyn Fn(u32, u32) -> f32| {
+        channel(name, pixels().map(|(x, y)| value(x, y)).collect())
     };
+    let samples = pixels().map(|(x, y)| film.sums(x, y).samples).collect();
+    let mut channels = vec![
+        floats("X", &|x, y| film.sums(x, y).xyz[0]),
+        floats("Y", &|x, y| film.sums(x, y).xyz[1]),
+        floats("Z", &|x, y| film.sums(x, y).xyz[2]),
+        floats("coverage", &|x, y| film.sums(x, y).coverage),
+        AnyChannel::new("samples", FlatSamples::U32(samples)),
+    ];
+    channels.extend(
+        (0..film.wavelength_count()).map(|k| floats(&spectral(k), &|x, y| film.radiance_sums(x, y)[k])),
+    );
     let mut attributes = LayerAttributes::default();
-    let value = AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()));
-    attributes.other.insert(Text::from_slice_unchecked(ATTRIBUTE.as_bytes()), value);
-    let size = Vec2(film.width() as usize, rows.len());
-    let image = Image::from_layer(Layer::new(
-        size,
-        attributes,
-        encoding,
-        AnyChannels::sort(channels.into_iter().collect()),
-    ));
+    attributes.other.insert(text(ATTRIBUTE), AttributeValue::Text(text(&header)));
+    let image = image(Vec2(film.width() as usize, rows.len()), attributes, channels.into_iter());
     output::write_file(path, |file| image.write().to_unbuffered(file).map_err(|e| e.to_string()))
 }
 
@@ -152,8 +140,7 @@ pub fn read(path: &Path) -> Result<Part, Error> {
     let refuse = |what: String| Error::file(path, format!("not a complete part of a picture: {what}"));
     let image = read_first_flat_layer_from_file(path).map_err(|e| refuse(e.to_string()))?;
     let layer = image.layer_data;
-    let name = Text::from_slice_unchecked(ATTRIBUTE.as_bytes());
-    let text = match layer.attributes.other.get(&name) {
+    let text = match layer.attributes.other.get(&text(ATTRIBUTE)) {
         Some(AttributeValue::Text(text)) => text.to_string(),
         _ => return Err(refuse(format!("it has no attribute '{ATTRIBUTE}'"))),
     };
