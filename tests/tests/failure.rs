@@ -1,48 +1,33 @@
-//! Devices that fail: what is finished stays, and another carries on to the same film, bit for bit.
+//! Devices that fail: finished tiles are kept, and another device completes the same film, bit for bit.
 //!
-//! The failing backends here trace on the processor, so that only their failures differ from it.
+//! The failing backends here trace on the processor, so they differ from it only in their failures.
 
-use backend_cpu::CPU;
 use backend_vulkan::VULKAN;
 use backend_wgpu::{Gpu, WGPU, adapters};
 use gemtrace::registry::{self, Choice, choose_among};
 use gemtrace::rendering::{self, Rendered, Watch};
-use gemtrace_tests::{
-    render::render,
-    scene::{eye, gem, glass, scene, settings},
-};
-use glam::DVec3;
-use spectral_core::{
-    Error,
-    environment::{Environment, LatLong},
-    film::Film,
-    prepare::PreparedScene,
-    scene::Scene,
-    settings::RenderSettings,
-    tracer::{Backend, Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
-};
-use std::ops::{ControlFlow, Range};
-use std::sync::Arc;
+use gemtrace_tests::prelude::{prepared as prepare, *};
+use spectral_core::tracer::{Device, TraceFailure};
+use std::ops::Range;
 use std::time::Duration;
 
 fn view() -> (Scene, RenderSettings) {
     let stones = vec![gem("round-brilliant", glass(2.417))];
-    let scene =
-        scene(eye(DVec3::new(4.0, -12.0, 22.0), 18.0), 40, Environment::image(LatLong::studio()), stones);
+    let scene = scene(eye(DVec3::new(4.0, -12.0, 22.0), 18.0), 40, studio(), stones);
     (scene, RenderSettings { samples: 6, threshold: 1e-3, ..settings(&[450.0, 550.0, 650.0]) })
 }
 
 fn prepared() -> Arc<PreparedScene> {
     let (scene, settings) = view();
-    Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"))
+    prepare(&scene, &settings)
 }
 
-fn undisturbed() -> gemtrace_tests::render::Picture {
+fn undisturbed() -> Picture {
     let (scene, settings) = view();
     render(&CPU, &scene, &settings)
 }
 
-/// Traces on the processor until a number of pixel samples is done, then is lost.
+/// A device that traces on the processor and is lost after a number of pixel samples.
 struct Lost {
     cpu: Box<dyn Tracer>,
     device: DeviceInfo,
@@ -91,7 +76,7 @@ fn on_cpu(
     }))
 }
 
-/// Passes the probe (64 pixels) and is lost in anything larger.
+/// Passes the probe (64 pixels) and is lost in larger pictures.
 const FLAKY: Backend = Backend {
     name: "flaky",
     about: "lost midway",
@@ -102,7 +87,7 @@ const FLAKY: Backend = Backend {
 
 const CLOSED: Backend = Backend {
     name: "closed",
-    about: "passes the probe and has no room for anything larger",
+    about: "passes the probe and does not open for larger pictures",
     devices: || fake("closed"),
     unusable: Vec::new,
     open: |device, options| {
@@ -116,10 +101,10 @@ const CLOSED: Backend = Backend {
     },
 };
 
-const LIAR: Backend = Backend {
-    name: "liar",
+const WRONG: Backend = Backend {
+    name: "wrong",
     about: "shows every scene in light that is twice as bright",
-    devices: || fake("liar"),
+    devices: || fake("wrong"),
     unusable: Vec::new,
     open: |device, options| {
         on_cpu(device, u64::MAX, options, |_, scene| {
@@ -181,8 +166,8 @@ fn rendered(backends: &[Backend], name: &str) -> (Film, Rendered, Log) {
 }
 
 #[test]
-fn auto_passes_on_what_fails_and_the_processor_completes_the_same_film() {
-    let backends = [CPU, SOFTWARE, LIAR, HANGING, CLOSED, FLAKY];
+fn auto_skips_failing_devices_and_the_processor_completes_the_same_film() {
+    let backends = [CPU, SOFTWARE, WRONG, HANGING, CLOSED, FLAKY];
     let (film, rendered, log) = rendered(&backends, registry::AUTO);
     let whole = undisturbed();
     assert!(film == whole.film, "the film depends on who made it");
@@ -196,7 +181,7 @@ fn auto_passes_on_what_fails_and_the_processor_completes_the_same_film() {
     assert!(first.starts_with("closed closed card: it is hardware and passes the probe"), "{first}");
     for part in [
         "software software card is software",
-        "liar liar card fails: the probe, a stone alone, comes out wrong in 64 of 64 pixels",
+        "wrong wrong card fails: the probe, a stone alone, comes out wrong in 64 of 64 pixels",
         "hanging hanging card fails: the probe has not ended after 2 seconds",
     ] {
         assert!(first.contains(part), "{first}");
@@ -214,7 +199,7 @@ fn auto_passes_on_what_fails_and_the_processor_completes_the_same_film() {
 }
 
 #[test]
-fn a_picture_that_the_processor_finishes_before_a_gpu_is_ready_is_its_own() {
+fn the_processor_renders_pictures_that_it_finishes_before_a_gpu_is_ready() {
     let reason = |settings: &RenderSettings, name| {
         let scene = PreparedScene::new(&view().0, settings).expect("a valid scene");
         let mut candidates = registry::choose_for(&scene, &[CPU, CLOSED], name, None).expect("a device");
@@ -237,7 +222,7 @@ fn software_is_never_preferred_to_the_processor() {
 #[test]
 fn a_named_device_that_is_lost_keeps_its_tiles_and_has_no_successor() {
     let (film, rendered, log) = rendered(&[CPU, FLAKY], "flaky");
-    let kept: u64 = (0..40 * 40).map(|i| u64::from(film.samples(i % 40, i / 40))).sum();
+    let kept = film.total_samples();
     assert!(kept >= 400 && !film.is_complete(6), "{kept}");
     assert_eq!(rendered.traced.energy.started, 3.0 * kept as f64);
     assert_eq!(rendered.failure.expect("lost").to_string(), "flaky flaky card: the device was lost");
@@ -245,15 +230,15 @@ fn a_named_device_that_is_lost_keeps_its_tiles_and_has_no_successor() {
     assert_eq!(log.chosen, ["flaky flaky card: as asked for"]);
 }
 
-/// Breaks off on one tile size, again on another, and ends on a third.
+/// Cancelled with one tile size, again with another, and completed with a third.
 #[test]
-fn a_trace_that_is_broken_off_twice_ends_with_the_same_bits() {
+fn a_trace_that_is_cancelled_twice_ends_with_the_same_bits() {
     let (scene, whole) = (prepared(), undisturbed());
     let mut film = Film::new(&scene);
     let mut report = TraceReport::default();
     for (tile, until) in [(7, 300), (16, 2000), (3, u64::MAX)] {
         let options = OpenOptions { tile: Some(tile), ..OpenOptions::default() };
-        let mut tracer = CPU.tracer(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
+        let mut tracer = open(&CPU, &scene, &options);
         let mut watch = |at: Progress| {
             if at.done >= until { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         };
@@ -269,7 +254,7 @@ fn a_trace_that_is_broken_off_twice_ends_with_the_same_bits() {
 fn a_dispatch_past_its_deadline_is_an_error_that_says_so() {
     let (mut scene, settings) = view();
     (scene.width, scene.height) = (256, 256);
-    let scene = Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"));
+    let scene = prepare(&scene, &settings);
     let options = OpenOptions { deadline: Some(Duration::from_millis(1)), ..OpenOptions::default() };
     for backend in [WGPU, VULKAN] {
         for device in (backend.devices)().into_iter().filter(|device| !device.hardware) {
@@ -277,7 +262,7 @@ fn a_dispatch_past_its_deadline_is_an_error_that_says_so() {
             let mut film = Film::new(&scene);
             let failure = tracer
                 .trace(0..6, &mut film, &mut |_| ControlFlow::Continue(()))
-                .expect_err("no software does this in a millisecond");
+                .expect_err("a software device needs more than a millisecond");
             let message = failure.to_string();
             assert!(message.contains("the kernel has not ended after 0.001 seconds"), "{message}");
             assert!(matches!(failure.error, Error::Device { .. }) && !failure.report.finished);
@@ -286,7 +271,7 @@ fn a_dispatch_past_its_deadline_is_an_error_that_says_so() {
 }
 
 #[test]
-fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles_for_the_processor() {
+fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles() {
     let scene = prepared();
     for (adapter, info) in adapters().iter().zip((WGPU.devices)()) {
         let gpu = Gpu::of(adapter).expect("opens");
@@ -304,11 +289,9 @@ fn a_wgpu_device_that_is_destroyed_midway_keeps_its_tiles_for_the_processor() {
             .expect_err("the device is gone");
         println!("{failure}");
         assert!(matches!(failure.error, Error::Device { .. }));
-        let kept: u64 = (0..40 * 40).map(|i| u64::from(film.samples(i % 40, i / 40))).sum();
+        let kept = film.total_samples();
         assert!(kept >= 600 && failure.report.energy.started == 3.0 * kept as f64, "{kept}");
-        let mut cpu = CPU.tracer(&(CPU.devices)()[0], scene.clone(), &options).expect("the processor");
-        let rest =
-            cpu.trace(0..6, &mut film, &mut |_| ControlFlow::Continue(())).expect("the processor works");
+        let rest = trace(open(&CPU, &scene, &options).as_mut(), 0..6, &mut film);
         assert!(rest.finished && film.is_complete(6));
         assert_eq!(failure.report.energy.started + rest.energy.started, 3.0 * 6.0 * 1600.0);
     }
@@ -320,7 +303,7 @@ fn a_light_beyond_the_device_is_refused_when_it_is_opened() {
     // No device has images wider than 32768.
     let (image, _) = LatLong::new(40_000, 1, vec![[1.0; 3]; 40_000]).expect("a valid image");
     scene.environment = Environment::image(image);
-    let scene = Arc::new(PreparedScene::new(&scene, &settings).expect("a valid scene"));
+    let scene = prepare(&scene, &settings);
     for backend in [WGPU, VULKAN] {
         for device in (backend.devices)() {
             let error =

@@ -1,44 +1,36 @@
-//! Samples where the picture needs them: what the qualities promise, and that it stays deterministic.
+//! Adaptive sampling: the accuracy of the qualities, and determinism.
 
 use gemtrace::{
     registry,
     rendering::{self, Watch},
     scene_file,
 };
-use gemtrace_tests::scene::{eye, gem, material, scene, settings};
-use glam::DVec3;
+use gemtrace_tests::prelude::*;
 use spectral_core::{
-    camera::Projection,
     color::{RgbSpace, delta_e_2000, lab},
-    environment::{Environment, LatLong},
-    film::{BLOCK, Film},
-    prepare::PreparedScene,
-    scene::Scene,
-    settings::{Quality, RenderSettings},
-    tracer::{OpenOptions, Progress},
+    film::BLOCK,
+    settings::Quality,
 };
-use std::ops::ControlFlow;
-use std::sync::Arc;
 
-/// Breaks a render off after so many calls.
-struct Impatient(usize);
+/// Cancels a render after a number of calls.
+struct CancelAfter(usize);
 
-impl Watch for Impatient {
+impl Watch for CancelAfter {
     fn progress(&mut self, _: Progress) -> ControlFlow<()> {
         self.0 = self.0.saturating_sub(1);
         if self.0 == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 }
 
-/// A part of a stone's crown with its pixels as fine as in a picture 512 pixels wide.
+/// A part of a stone's crown at the resolution of a picture 512 pixels wide.
 fn quartz() -> Scene {
     let stones = vec![gem("round-brilliant", material("quartz"))];
     let camera = eye(DVec3::new(4.0, -12.0, 22.0), 1.2);
-    Scene { height: 26, ..scene(camera, 34, Environment::image(LatLong::studio()), stones) }
+    Scene { height: 26, ..scene(camera, 34, studio(), stones) }
 }
 
-/// The middle of the diamond in `scenes/brilliant.toml`, as it is in that picture of 512 pixels: in a hall whose lamps are a
-/// thousand times as bright as its walls.
+/// The middle of the diamond in `scenes/brilliant.toml` at the resolution of that picture of 512 pixels. The lamps of the
+/// hall are a thousand times as bright as its walls.
 fn diamond() -> Scene {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/brilliant.toml");
     let mut scene = scene_file::load(path.as_ref()).expect("a scene of the project").scene;
@@ -48,16 +40,12 @@ fn diamond() -> Scene {
     Scene { width: part, height: part, ..scene }
 }
 
-fn prepared(scene: &Scene, settings: &RenderSettings) -> Arc<PreparedScene> {
-    Arc::new(PreparedScene::new(scene, settings).expect("a valid scene"))
-}
-
-/// The film, and the rays that it took.
+/// The film and the number of its rays.
 fn render(scene: &Arc<PreparedScene>, options: &OpenOptions, breaks: &[usize]) -> (Film, u64) {
     let (mut film, mut rays) = (Film::new(scene), 0);
-    for patience in breaks.iter().chain([&usize::MAX]) {
+    for calls in breaks.iter().chain([&usize::MAX]) {
         let candidates = registry::choose("cpu", None).expect("the processor");
-        let rendered = rendering::render(candidates, scene, &mut film, options, &mut Impatient(*patience));
+        let rendered = rendering::render(candidates, scene, &mut film, options, &mut CancelAfter(*calls));
         assert!(rendered.failure.is_none(), "{:?}", rendered.failure);
         rays += rendered.traced.rays;
     }
@@ -67,9 +55,8 @@ fn render(scene: &Arc<PreparedScene>, options: &OpenOptions, breaks: &[usize]) -
 /// ΔE00 that 95 % of the pixels do not exceed.
 fn difference(a: &Film, b: &Film) -> f64 {
     let white = RgbSpace::Xyz.white_xyz();
-    let place = (0..a.height()).flat_map(|y| (0..a.width()).map(move |x| (x, y)));
     let seen = |film: &Film, x, y| lab(film.xyz(x, y).map(f64::from), white);
-    let mut all: Vec<f64> = place.map(|(x, y)| delta_e_2000(seen(a, x, y), seen(b, x, y))).collect();
+    let mut all: Vec<f64> = pixels(a).map(|(x, y)| delta_e_2000(seen(a, x, y), seen(b, x, y))).collect();
     all.sort_by(f64::total_cmp);
     all[all.len() * 95 / 100]
 }
@@ -92,7 +79,7 @@ fn the_default_quality_is_within_one_step_of_the_converged_picture_and_each_is_b
     assert!(differences.is_sorted_by(|a, b| a > b) && rays.is_sorted());
 }
 
-/// The hardest light among the scenes: each lamp shows in every facet, in every colour.
+/// The most difficult light of the scenes: each lamp shows in every facet, in every colour.
 #[test]
 fn the_default_quality_is_within_one_step_on_a_diamond_under_lamps_too() {
     let normal = RenderSettings::default();
@@ -103,7 +90,7 @@ fn the_default_quality_is_within_one_step_on_a_diamond_under_lamps_too() {
         let (film, rays) = of(settings);
         (difference(&film, &converged), rays)
     };
-    // So small a tolerance settles nothing that shows: the lattice by itself.
+    // With this tolerance no visible block is settled, so this is the lattice alone.
     let lattice = far(&RenderSettings { samples: 243, tolerance: 1e-6, ..normal.clone() });
     let grid = far(&normal.with_samples(16 * 16));
     let adaptive = far(&normal);
@@ -117,7 +104,7 @@ fn samples_go_where_they_change_the_picture() {
     let scene = prepared(&quartz(), &RenderSettings::default());
     let (film, _) = render(&scene, &OpenOptions::default(), &[]);
     let mut counts = std::collections::BTreeMap::new();
-    for (x, y) in (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y))) {
+    for (x, y) in pixels(&film) {
         let samples = film.samples(x, y);
         *counts.entry(samples).or_insert(0u32) += 1;
         assert_eq!(samples, film.samples(x / BLOCK * BLOCK, y / BLOCK * BLOCK), "one block, one number");
@@ -135,7 +122,7 @@ fn settling_gives_the_same_bits_however_the_work_is_divided() {
     for (threads, tile) in [(2, 16), (2, 7), (3, 64)] {
         assert!(render(&scene, &options(threads, tile), &[]) == (first.clone(), rays), "{threads}, {tile}");
     }
-    // Broken off and carried on, at several moments.
+    // Cancelled at several times and continued.
     for breaks in [&[1usize, 2][..], &[9], &[30, 4]] {
         assert!(render(&scene, &options(2, 5), breaks) == (first.clone(), rays), "{breaks:?}");
     }

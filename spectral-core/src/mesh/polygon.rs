@@ -1,14 +1,14 @@
-//! Triangles for a convex polygon, as far from slivers as its vertices allow.
+//! The triangulation of a convex polygon with the thickest triangles.
 
 use glam::DVec3;
 
-/// Polygons with more vertices are halved by a chord first, since the optimum costs the cube of the count.
+/// Larger polygons are halved by a chord first, since the optimum takes cubic time.
 const OPTIMAL_UP_TO: usize = 48;
 
 /// Appends the triangles of the convex polygon `corners` (indices into `positions`) to `triangles`.
 ///
-/// Of all triangulations the one whose thinnest triangle is the thickest: a fan would make triangles without area
-/// wherever three corners lie on a line, as they do where facets meet in a row.
+/// The thinnest triangle is as thick as possible. A fan would have triangles without area where three corners lie on a
+/// line, as they do where several facets meet along one edge.
 pub(super) fn triangulate(positions: &[DVec3], corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
     let n = corners.len();
     if n > OPTIMAL_UP_TO {
@@ -18,8 +18,8 @@ pub(super) fn triangulate(positions: &[DVec3], corners: &[u32], triangles: &mut 
         triangulate(positions, &rest, triangles);
         return;
     }
-    // best[i][j]: the thinnest height in the best triangulation of corners i..=j, and the apex chosen over chord i–j
-    // (Klincsek 1980, with the minimum in place of the sum).
+    // best[i][j]: the smallest height in the best triangulation of corners i..=j, and the apex over chord i–j (Klincsek
+    // 1980, with the minimum in place of the sum).
     let mut best = vec![(f64::INFINITY, 0_usize); n * n];
     for span in 2..n {
         for i in 0..n - span {
