@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Two hundred pictures, killed with SIGKILL at three random moments and begun again, against the same undisturbed.
+# Renders two hundred pictures, killed with SIGKILL at three random times and restarted, and compares with an undisturbed run.
 #
 #     scripts/kill-test.sh [GEMTRACE [OPTIONS…]]
 #
@@ -22,7 +22,7 @@ for third in 0 1 2; do
   while [ "$(count done)" -lt "$target" ] 2>/dev/null || [ ! -e "$work/killed/manifest.jsonl" ]; do sleep 0.01; done
   sleep "0.0$((RANDOM % 10))"
   kill -KILL $!
-  wait $! 2>/dev/null && fail "it was over before it was killed"
+  wait $! 2>/dev/null && fail "it ended before it was killed"
   echo "killed with $(count done) pictures done and $(count started) begun"
 done
 "${batch[@]}" --output "$work/killed"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders scenes of ten million triangles, of a 16,384 × 8,192 environment, and of both, and holds the most memory that
-# each takes against 4 GiB. Needs GNU time (Debian: `apt install time`), 2 GB of disk and some minutes.
+# Renders scenes of ten million triangles, of a 16,384 × 8,192 environment, and of both, and checks that none takes more
+# than 4 GiB of memory. Needs GNU time (Debian: `apt install time`), 2 GB of disk and some minutes.
 #
 #     scripts/memory.sh [TRIANGLES [TEXELS ACROSS]]
 set -euo pipefail

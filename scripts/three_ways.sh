@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Renders the README's scene with each backend and compares: writes docs/three-ways.png and prints the figures.
 #
-# Every backend is named, so none is replaced by another; a software device takes minutes.
+# Every backend is chosen by name, so none is replaced by another. A software device takes minutes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -12,7 +12,7 @@ trap 'rm -rf "$work" "$mask"' EXIT
 render() { cargo run --release --quiet --package gemtrace-cli -- render "$1" --backend "$2" --space xyz --output "$work/$3.exr"; }
 
 for backend in cpu wgpu vulkan; do render scenes/brilliant.toml "$backend" "$backend"; done
-# Where the stone is: what it covers of a picture without a background.
+# The coverage of the stone, from a picture without a background.
 sed 's/^background = "environment"/background = "transparent"/' scenes/brilliant.toml > "$mask"
 render "$mask" cpu mask
 

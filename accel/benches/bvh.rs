@@ -3,7 +3,7 @@
 use std::hint::black_box;
 use std::time::Duration;
 
-use accel::obvhs::{BvhBuildParams, cwbvh::builder::build_cwbvh_from_tris, triangle::Triangle};
+use accel::obvhs::{BvhBuildParams, cwbvh::builder::build_cwbvh_from_tris};
 use accel::testing::{self, Mesh, Random};
 use accel::{BuildOptions, Bvh, Ray};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
@@ -12,10 +12,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 fn building(criterion: &mut Criterion) {
     let mesh = testing::torus(0.4, 1000, 500);
     let Mesh { positions, triangles } = &mesh;
-    let theirs: Vec<Triangle> = (0..triangles.len())
-        .map(|i| mesh.corners(i).map(Into::into))
-        .map(|[v0, v1, v2]| Triangle { v0, v1, v2 })
-        .collect();
+    let theirs = mesh.obvhs();
     let params = BvhBuildParams { pre_split: true, ..BvhBuildParams::medium_build() };
     let mut group = criterion.benchmark_group("build 1M");
     group.sample_size(10);
@@ -28,7 +25,7 @@ fn building(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A thousand rays from outside through each mesh.
+/// A thousand rays from outside into each mesh.
 fn traversing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("1000 rays");
     group.throughput(Throughput::Elements(1000));
@@ -38,8 +35,7 @@ fn traversing(criterion: &mut Criterion) {
         ("torus 300k", testing::torus(0.4, 500, 300)),
         ("slivers 60k", testing::slivers(60_000, 1e-3, 1)),
     ] {
-        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default())
-            .expect("the test meshes are valid");
+        let bvh = mesh.bvh();
         let rays: Vec<Ray> = (0..1000)
             .map(|i| {
                 let mut random = Random(i);

@@ -1,9 +1,8 @@
-//! Axis-aligned boxes in four lanes, the builder's unit of arithmetic.
+//! Axis-aligned boxes in four lanes, as the builder computes with them.
 
 use glam::{Vec3, Vec4, Vec4Swizzles};
 
-/// An axis-aligned box. The fourth lanes carry no meaning here (a [`crate::sbvh::Reference`] keeps its
-/// triangle there), and nothing below reads them.
+/// An axis-aligned box. The fourth lanes are not read here; a [`crate::sbvh::Reference`] keeps its triangle there.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds {
     pub lo: Vec4,
@@ -22,7 +21,7 @@ impl Bounds {
         Bounds { lo: self.lo.min(point), hi: self.hi.max(point) }
     }
 
-    /// The common part, possibly inside out: see [`Bounds::is_empty`].
+    /// The common part, possibly inverted: see [`Bounds::is_empty`].
     pub fn intersection(self, other: Bounds) -> Bounds {
         Bounds { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) }
     }
@@ -31,8 +30,8 @@ impl Bounds {
         self.lo.xyz().cmpgt(self.hi.xyz()).any()
     }
 
-    /// Half the surface area, which is the probability measure of the surface area heuristic up to a
-    /// factor. Zero for an empty box.
+    /// Half the surface area, to which the hit probability of the surface area heuristic is proportional. Zero for an
+    /// empty box.
     pub fn half_area(self) -> f32 {
         let d = (self.hi - self.lo).max(Vec4::ZERO);
         (d.x + d.y) * d.z + d.x * d.y

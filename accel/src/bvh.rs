@@ -12,29 +12,27 @@ use crate::traverse::{Closest, Search};
 use crate::triangle::{Shear, Triangle};
 use crate::{Error, Hit, LARGEST_COORDINATE, Ray, sbvh, wide};
 
-/// Most references of a hierarchy: the wide conversion numbers seven decisions for each of the two binary nodes
-/// a reference makes in 32 bits.
+/// Most references of a hierarchy: the wide conversion numbers, in 32 bits, seven decisions for each of the two binary
+/// nodes per reference.
 const MOST_REFERENCES: usize = 1 << 28;
 const MOST_TRIANGLES: usize = MOST_REFERENCES / 2;
 
 /// How a hierarchy is built.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BuildOptions {
-    /// The reference budget: references per triangle that are never exceeded, from 1 (no spatial splits)
-    /// to 4.
+    /// The reference budget: the most references per triangle, from 1 (no spatial splits) to 4.
     pub budget: f32,
     /// A spatial split is tried where the sides of the best object split overlap by more than this share of
-    /// the root's area (α of Stich et al. 2009, section 4.5); at least 0. Smaller is slower and better. The
-    /// overlap is the two sides' area beyond that of a clean cut.
+    /// the root's area (α of Stich et al. 2009, section 4.5); at least 0. A smaller value gives a better tree in more
+    /// time. The overlap is the area of the two sides in excess of a clean cut.
     pub overlap: f32,
-    /// The share of nodes, from 0 to 1, that `obvhs`'s reinsertion optimiser moves to better places
-    /// afterwards. 0 leaves it out.
+    /// The share of nodes, from 0 to 1, that `obvhs`'s reinsertion optimiser then moves. 0: no optimisation.
     pub reinsertion: f32,
 }
 
 impl Default for BuildOptions {
-    /// Budget 2.5, overlap 10⁻⁴, no reinsertion. (Stich et al. take 10⁻⁵: on slivers and stones the same tree,
-    /// on a random soup a sixth more work for a cost that is not lower.)
+    /// Budget 2.5, overlap 10⁻⁴, no reinsertion. (Stich et al. take 10⁻⁵, which gives the same tree on slivers and
+    /// stones, and on random triangles the same cost for a sixth more work.)
     fn default() -> Self {
         BuildOptions { budget: 2.5, overlap: 1e-4, reinsertion: 0.0 }
     }
@@ -56,8 +54,8 @@ impl BuildOptions {
 
 /// A split bounding volume hierarchy over triangles, in its wide, compressed form.
 ///
-/// It keeps its own copy of the triangles, in the order in which a traversal meets them. A given mesh and
-/// given options give the same hierarchy, bit by bit, on any number of threads.
+/// It keeps its own copy of the triangles in traversal order. The same mesh and options give the same hierarchy, bit
+/// for bit, on any number of threads.
 ///
 /// ```
 /// use accel::{Bvh, BuildOptions, Ray, glam::Vec3};
@@ -73,7 +71,7 @@ impl BuildOptions {
 pub struct Bvh {
     pub(crate) nodes: Vec<CwBvhNode>,
     pub(crate) references: Vec<Triangle>,
-    /// Builder's units per unit of the mesh: a power of two. The nodes are in the builder's units.
+    /// Builder's units per unit of the mesh, a power of two. The nodes use the builder's units.
     pub(crate) scale: f32,
     bounds: Aabb,
     triangles: usize,
@@ -109,19 +107,18 @@ impl Bvh {
         })
     }
 
-    /// The nearest hit with a parameter in `[ray.t_min, ray.t_max]` among those that `accept` lets pass.
+    /// The nearest hit with a parameter in `[ray.t_min, ray.t_max]` for which `accept` returns true.
     ///
-    /// Of hits with equal parameters the one with the lowest triangle wins, so that the result is that of
-    /// testing every triangle ([`Bvh::closest_of_all`]), whatever the tree. For this `accept` must judge a hit
-    /// by the hit alone; it is called for candidates in no particular order, and may see a triangle more than
-    /// once.
+    /// Of hits with equal parameters, the one with the lowest triangle index wins. So the result is that of testing
+    /// every triangle ([`Bvh::closest_of_all`]), whatever the tree. For this, the result of `accept` must depend on the
+    /// hit alone. It is called in no particular order and may see a triangle more than once.
     ///
-    /// `None` where nothing is hit, the direction is zero, or the ray's origin or direction is not finite.
+    /// `None` if nothing is hit, the direction is zero, or the origin or direction is not finite.
     pub fn closest(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
         self.closest_counted(ray, accept, &mut ())
     }
 
-    /// [`Bvh::closest`], telling `counter` of each step.
+    /// [`Bvh::closest`], with each step reported to `counter`.
     ///
     /// ```
     /// # use accel::{Bvh, BuildOptions, Ray, glam::Vec3, stats::Steps};
@@ -142,7 +139,7 @@ impl Bvh {
         self.instructions.run(Closest { bvh: self, ray, accept, counter })
     }
 
-    /// What [`Bvh::closest`] must return, found by testing every triangle: the oracle for the traversal.
+    /// The result that [`Bvh::closest`] must give, by testing every triangle: the reference for tests.
     pub fn closest_of_all(&self, ray: &Ray, accept: impl FnMut(&Hit) -> bool) -> Option<Hit> {
         let shear = Shear::new(ray)?;
         let mut search = Search::new(ray, accept);
@@ -167,8 +164,8 @@ impl Bvh {
     }
 }
 
-/// The binary tree before the wide conversion, for measurements: one reference a leaf, boxes in units in which
-/// the mesh's largest coordinate lies between 1/2 and 1.
+/// The binary tree before the wide conversion, for measurements: one reference a leaf, boxes in the builder's units, in
+/// which the largest coordinate of the mesh lies between 1/2 and 1.
 ///
 /// # Errors
 /// As [`Bvh::build`].
@@ -190,7 +187,7 @@ fn packed(nodes: Vec<sbvh::Node>, options: &BuildOptions) -> Bvh2 {
 struct Built {
     nodes: Vec<sbvh::Node>,
     scale: f32,
-    /// Triangles in the tree.
+    /// Triangles with area.
     live: usize,
 }
 
@@ -208,7 +205,7 @@ fn build(positions: &[Vec3], triangles: &[[u32; 3]], options: &BuildOptions) -> 
     Ok(Built { nodes, scale: mesh.scale, live })
 }
 
-/// Whether the corners span a plane. In double precision the test is exact for all but absurd ranges.
+/// Whether the corners span a plane. In double precision the test is exact for all but extreme ranges.
 fn has_area(corners: [Vec3; 3]) -> bool {
     let [a, b, c] = corners.map(DVec3::from);
     (b - a).cross(c - a) != DVec3::ZERO

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh.
+//! Errors of the builder.
 
 /// Why a hierarchy could not be built.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -15,12 +15,12 @@ pub enum Error {
         /// Its coordinates.
         value: [f32; 3],
     },
-    /// A triangle names a vertex that is not there.
+    /// A triangle index without a vertex.
     #[error("triangle {triangle} names vertex {vertex}, but there are {count} vertices, numbered from 0")]
     Index {
         /// Index of the first such triangle.
         triangle: usize,
-        /// The vertex that it names.
+        /// The index.
         vertex: u32,
         /// The number of vertices given.
         count: usize,

@@ -1,13 +1,13 @@
-// `intersect` by our own wide BVH: the twin of `traverse.rs` and `triangle.rs`, which have the proofs.
+// `intersect` by our own wide BVH: the counterpart of `traverse.rs` and `triangle.rs`, where the proofs are.
 //
-// Two things differ, because single precision is all there is. Where a ray passes an edge so closely that rounding
-// cannot tell the side, both neighbours count as hit (the CPU decides exactly), so no ray leaks. And the parameter
-// is that of the facet's plane, kept within the range of the triangle's corners.
+// There are two differences, because the kernel has single precision only. If a ray passes an edge too closely for
+// rounding to tell the side, both neighbours count as hit (the CPU decides exactly), so no ray leaks. And the
+// parameter is that of the facet's plane, clamped to the range of the triangle's corners.
 
 // An eight-way compressed node (Ylitie, Karras & Laine 2017), as `obvhs` lays it out: bytes, four a word.
 struct Node {
     corner: vec3<f32>,
-    // Exponents of the cell along x, y and z; then a bit for each child that is a node.
+    // The exponents of the cell along x, y and z; then a bit for each child that is a node.
     cell_and_inner: u32,
     first_child: u32,
     first_triangle: u32,
@@ -32,9 +32,9 @@ struct Triangle {
 @group(0) @binding(5) var<storage, read> nodes: array<Node>;
 @group(0) @binding(6) var<storage, read> triangles: array<Triangle>;
 
-// What is the same for each triangle that a ray meets.
+// The ray-dependent part of the triangle test.
 struct Shear {
-    // Of the direction's largest component.
+    // The axis of the direction's largest component.
     axis: u32,
     origin: vec3<f32>,
     slope: vec2<f32>,
@@ -51,7 +51,7 @@ struct Slabs {
     rate: f32,
 }
 
-// Coordinates with the chosen axis last, in cyclic order.
+// Coordinates in cyclic order, with the chosen axis last.
 fn permuted(v: vec3<f32>, axis: u32) -> vec3<f32> {
     return select(select(v.xyz, v.zxy, axis == 1u), v.yzx, axis == 0u);
 }
@@ -70,16 +70,16 @@ fn shear_image(shear: Shear, corner: vec3<f32>) -> vec3<f32> {
     return vec3(relative.xy - shear.slope * relative.z, relative.z);
 }
 
-// The sign of the area that the origin forms with an edge. Rounding is monotonic, so of two rounded products the
-// larger one is; compared and not subtracted, they cannot be contracted into something that rounds otherwise for
-// the neighbour.
+// The sign of the area of the origin with an edge. Rounding is monotonic, so rounded products compare like the exact
+// ones. They are compared and not subtracted: a subtraction could be contracted, and then round differently for the
+// neighbour.
 fn edge_sign(a: vec3<f32>, b: vec3<f32>) -> i32 {
     let p = a.x * b.y;
     let q = a.y * b.x;
     return i32(p > q) - i32(p < q);
 }
 
-// Whether the ray's line passes through the triangle: no two edges disagree. One seen edge-on has no inside.
+// Whether the ray's line passes through the triangle: no two edges disagree. A triangle seen edge-on is not hit.
 fn image_is_hit(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> bool {
     let u = edge_sign(c, b);
     let v = edge_sign(a, c);
@@ -89,7 +89,7 @@ fn image_is_hit(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> bool {
     return !(low < 0 && high > 0) && (low != 0 || high != 0);
 }
 
-// The triangle's hit replaces `best` if it lies in the interval, precedes it and counts.
+// `best`, or the triangle's hit if it lies in the interval, precedes `best` and is accepted.
 fn triangle_offer(query: Query, shear: Shear, triangle: Triangle, best: Hit) -> Hit {
     let a = shear_image(shear, triangle.a);
     let b = shear_image(shear, triangle.b);
@@ -107,7 +107,7 @@ fn triangle_offer(query: Query, shear: Shear, triangle: Triangle, best: Hit) -> 
     return best;
 }
 
-// Offers a leaf's triangles: the low five bits of its kind say where they begin, the high three count them.
+// Tests the triangles of a leaf: the low five bits of its kind give the first one, the high three their number.
 fn leaf_offer(query: Query, shear: Shear, base: u32, kind: u32, so_far: Hit) -> Hit {
     var best = so_far;
     let start = base + (kind & 31u);
@@ -149,7 +149,7 @@ fn span_cut(span: Span, low: u32, high: u32, step: f32, start: f32, widening: f3
     );
 }
 
-// Entry distances to children 4·half to 4·half + 3 of a node, LARGEST where they are missed.
+// Entry distances to children 4·half to 4·half + 3 of a node, LARGEST if they are missed.
 fn node_enter(node: Node, slabs: Slabs, half: u32, first: f32, last: f32) -> vec4<f32> {
     let exponents = (vec3(node.cell_and_inner) >> vec3(0u, 8u, 16u)) & vec3(0xffu);
     let step = bitcast<vec3<f32>>(exponents << vec3(23u)) * slabs.inverse;
@@ -170,7 +170,7 @@ struct Entry {
 fn intersect(query: Query) -> Hit {
     let shear = shear_new(query);
     let slabs = slabs_new(query);
-    // Half a dozen units in the last place to spare for the product and the division.
+    // A margin of a few units in the last place for the product and the division.
     let first = query.t_min * slabs.rate - abs(query.t_min * slabs.rate) * 1e-6;
     var best = hit_none(query);
     var entries: array<Entry, TRAVERSAL_STACK>;

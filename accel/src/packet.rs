@@ -1,17 +1,16 @@
 //! Sixteen rays at a time through the wide tree.
 //!
-//! Rays that belong together (the wavelengths of one path) visit much the same nodes, so each box and each
-//! triangle is tested for all of them at once. Rays are taken together where their directions have the same signs
-//! and the same largest component: then no test has a case to distinguish. Boxes are as conservative as in
-//! `traverse`, whose derivation holds here too, and a triangle counts where its own test says so; hence what a ray
-//! meets does not depend on which rays go with it.
+//! The wavelengths of one path visit almost the same nodes, so each box and each triangle is tested for all of them at
+//! once. Rays are traversed together if their directions have the same signs and the same largest component: then the
+//! tests need no case distinctions. Boxes are as conservative as in `traverse`, whose derivation applies here too, and the
+//! triangle test treats each ray separately. Hence the hit of a ray does not depend on the other rays of its packet.
 //!
-//! The triangle test is that of `triangle`, but for the sign of an edge function, which is taken from the
-//! difference of two products with their rounding errors (Kahan; Jeannerod, Louvet & Muller 2013), without a
-//! detour through double precision, and the ray parameter, which is in single precision.
+//! The triangle test is that of `triangle` with two differences: the sign of an edge function comes from the difference
+//! of two products with their rounding errors (Kahan; Jeannerod, Louvet & Muller 2013) instead of double precision, and
+//! the ray parameter is in single precision.
 //!
-//! No closure handles lanes here: it would be compiled without their instruction set, and so in a program for any
-//! processor be called, with all its registers in memory.
+//! Closures must not handle lanes here: a closure is compiled without the instruction set of the surrounding function, so
+//! it would be called with all its registers in memory.
 
 use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work};
 use crate::traverse::{STEEPEST, WIDENING};
@@ -21,17 +20,17 @@ use obvhs::cwbvh::node::CwBvhNode;
 /// Rays that start together.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<V> {
-    /// Where they start.
+    /// Origins.
     pub origin: Triple<V>,
-    /// Where they go; finite and not zero in the lanes that count.
+    /// Directions; finite and not zero in the active lanes.
     pub direction: Triple<V>,
-    /// The least ray parameter of a hit.
+    /// Smallest ray parameter of a hit.
     pub t_min: f32,
-    /// The lanes that count, lane i as bit i.
+    /// The active lanes, lane i as bit i.
     pub lanes: u16,
 }
 
-/// What rays have met.
+/// The hits of a packet.
 #[derive(Clone, Copy, Debug)]
 pub struct Hits {
     /// Lanes with a hit.
@@ -42,17 +41,18 @@ pub struct Hits {
     pub triangle: [u32; WIDTH],
 }
 
-/// Which hits count.
+/// Decides which hits are accepted.
 pub trait Accept<V: Lanes> {
-    /// Of the lanes set in `hit`, those for which the triangle counts; must judge by ray and triangle alone. To be
-    /// marked `#[inline(always)]`.
+    /// The lanes of `hit` for which the triangle is accepted; must depend on ray and triangle alone. Must be marked
+    /// `#[inline(always)]`.
     fn accept(&self, triangle: u32, hit: V::Mask) -> V::Mask;
 }
 
 impl Bvh {
-    /// For each lane the nearest hit among those that `accept` lets pass; of equal parameters the lowest triangle.
+    /// The nearest accepted hit of each lane; for equal parameters the lowest triangle.
     ///
-    /// As [`Bvh::closest`] but for the rounding of the parameter. To be called within a [`Task`](crate::Task).
+    /// Agrees with [`Bvh::closest`] except for the rounding of the parameter. Must be called within a
+    /// [`Task`](crate::Task).
     #[inline(always)]
     pub fn closest_of_packet<V: Lanes, A: Accept<V>>(&self, rays: &Rays<V>, accept: &A) -> Hits {
         V::apart(Closest { bvh: self, rays, accept })
@@ -141,10 +141,10 @@ impl<V: Lanes, A: Accept<V>> Work for Closest<'_, V, A> {
     }
 }
 
-/// What rays must have in common to go together: the signs of their directions and the largest component.
+/// What rays traversed together have in common: the signs and the largest component of their directions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Kind {
-    /// The axis of the largest component comes last.
+    /// Last the axis of the largest component.
     axes: [usize; 3],
     /// Bit 4 where x is negative, 2 for y, 1 for z.
     octant: usize,
@@ -192,24 +192,24 @@ impl Kinds {
     }
 }
 
-/// Rays of one kind, with what is the same for each node and triangle that they meet.
+/// Rays of one kind, prepared for the box and triangle tests.
 struct Beam<V> {
     kind: Kind,
     lanes: u16,
     t_min: V,
     /// In the mesh's units, axes in the kind's order.
     origin: [V; 3],
-    /// Direction over its largest component along the other two axes.
+    /// The other two components of the direction over the largest one.
     slope: [V; 2],
     /// 1 / the direction's largest component.
     inverse_largest: V,
-    /// In the builder's units, as `traverse` has it.
+    /// In the builder's units, as in `traverse`.
     slab_origin: [V; 3],
     inverse: [V; 3],
     widening: [V; 3],
     /// Slab distance per ray parameter.
     rate: V,
-    /// The least slab distance.
+    /// The smallest slab distance.
     first: V,
 }
 
@@ -259,12 +259,12 @@ impl<V: Lanes> Beam<V> {
     }
 }
 
-/// More than the rounding of a product or two.
+/// More than the rounding error of two products.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// The boxes of a node's children as a beam sees them.
+/// The boxes of a node's children, prepared for a beam.
 struct Boxes<'a, V> {
-    /// By axis: the sides that the beam enters by, and those that it leaves by.
+    /// By axis: the sides at which the beam enters, and those at which it leaves.
     sides: [[&'a [u8; 8]; 2]; 3],
     step: [V; 3],
     start: [V; 3],
@@ -311,13 +311,13 @@ impl<'a, V: Lanes> Boxes<'a, V> {
 /// The nearest hits so far.
 struct Search<'a, V, A> {
     accept: &'a A,
-    /// Ray parameters, infinite where nothing has been met.
+    /// Ray parameters, infinite without a hit.
     nearest: V,
     hits: Hits,
 }
 
 impl<V: Lanes, A: Accept<V>> Search<'_, V, A> {
-    /// Takes the hits with a triangle that precede those found so far; whether there are any.
+    /// Takes the hits with a triangle that precede those found so far. Returns whether there are any.
     #[inline(always)]
     fn offer(&mut self, beam: &Beam<V>, triangle: &Triangle, lanes: V::Mask) -> bool {
         let (hit, t) = beam.intersect(triangle);
@@ -327,7 +327,7 @@ impl<V: Lanes, A: Accept<V>> Search<'_, V, A> {
         }
         let number = triangle.number();
         let taken = self.accept.accept(number, hit).bits();
-        // Of equal parameters the lowest triangle, whatever the order of the offers.
+        // For equal parameters the lowest triangle, whatever the order of the calls.
         let nearer = t.lt(self.nearest).bits();
         let mut better = 0;
         let mut open = taken;
@@ -346,7 +346,7 @@ impl<V: Lanes, A: Accept<V>> Search<'_, V, A> {
 }
 
 impl<V: Lanes> Beam<V> {
-    /// Which rays' lines meet a triangle, and at what parameter.
+    /// The rays whose lines meet a triangle, and the parameters.
     #[inline(always)]
     fn intersect(&self, triangle: &Triangle) -> (V::Mask, V) {
         let [a, b, c] = triangle.corners();
@@ -359,12 +359,12 @@ impl<V: Lanes> Beam<V> {
         let sum = u + v + w;
         let height = w.fma(c[2], v.fma(b[2], u * a[2]));
         let t = height / sum * self.inverse_largest;
-        // A triangle seen edge on gives no number, or none that is finite.
+        // A triangle seen edge-on gives NaN or infinity.
         let finite = t.abs().lt(V::splat(f32::INFINITY));
         (!outside & finite, t)
     }
 
-    /// A corner as the rays see it, their origins at zero, and how far ahead along the largest component.
+    /// The sheared image of a corner relative to the origins, and its distance along the largest component.
     #[inline(always)]
     fn image(&self, corner: &[f32; 3]) -> [V; 3] {
         let [x, y, z] = self.kind.axes;

@@ -4,13 +4,13 @@ use glam::Vec3;
 
 /// The points `origin + t·direction` with `t` between `t_min` and `t_max`.
 ///
-/// The direction need not have unit length: `t` counts in lengths of it. `t_min` may be negative: a ray that
-/// starts on a surface, known only up to rounding, begins its interval a little behind it.
+/// The direction need not have unit length: `t` is in units of its length. `t_min` may be negative: the interval of a
+/// ray that starts on a surface begins a little behind it, because the starting point is rounded.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ray {
     /// Where `t` is 0, in the mesh's units.
     pub origin: Vec3,
-    /// The way by which the point moves as `t` grows by 1.
+    /// The displacement for an increase of `t` by 1.
     pub direction: Vec3,
     /// Smallest parameter of a hit, inclusive; may be negative or −∞.
     pub t_min: f32,
@@ -24,7 +24,7 @@ impl Ray {
         Ray { origin, direction, t_min: 0.0, t_max: f32::INFINITY }
     }
 
-    /// Whether it goes anywhere: origin and direction finite, direction not zero.
+    /// Whether origin and direction are finite and the direction is not zero.
     #[inline(always)]
     pub(crate) fn is_proper(&self) -> bool {
         self.origin.is_finite() && self.direction.is_finite() && self.direction != Vec3::ZERO

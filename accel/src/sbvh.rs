@@ -1,18 +1,18 @@
 //! The builder: a split bounding volume hierarchy (Stich, Friedrich & Dietrich 2009).
 //!
-//! At each node the best binned object split is found and, where its two sides overlap by more than a set
-//! share of the root's area and of the node's own, the best binned spatial split too; the cheaper by the
-//! surface area heuristic is taken. Building goes on until each leaf has one reference, which is what the wide
-//! conversion wants (it gathers references into leaves itself).
+//! At each node the builder finds the best binned object split. Where its two sides overlap by more than a set share
+//! of the root's area and of the node's own, it also finds the best binned spatial split, and takes the cheaper of the
+//! two by the surface area heuristic. It continues until each leaf has one reference; the wide conversion then gathers
+//! references into leaves.
 //!
-//! **Budget.** A node owns a slice of the reference array which is longer than its references by its share of
-//! the budget, and the spare room is divided between its children in proportion to the summed areas of their
-//! references: large boxes are what spatial splits make smaller. The array's length is the budget, so it
-//! cannot be exceeded, no node waits for another, and the tree is the same for any number of threads.
-//! (The layout in place follows the extended ranges of Embree's spatial builder.)
+//! **Budget.** A node owns a slice of the reference array that is longer than its references by its share of the
+//! budget. This spare room is divided between its children in proportion to the summed areas of their references,
+//! because spatial splits gain most on large boxes. The length of the array is the budget, so it cannot be exceeded,
+//! no node waits for another, and the tree is the same for any number of threads. (The layout in place follows the
+//! extended ranges of Embree's spatial builder.)
 //!
-//! **Memory.** The array of nodes has a place for every node that the budget allows, but it comes from the system as
-//! zeroed pages and a task fills its part from the front: what the budget is not used for is never touched.
+//! **Memory.** The node array has room for every node that the budget allows. The system supplies it as zeroed pages,
+//! and each task fills its part from the front, so pages that are not needed are never touched.
 
 mod clip;
 mod node;
@@ -26,20 +26,20 @@ use object::Partition;
 use rayon::prelude::*;
 pub(crate) use reference::{Extent, Mesh, Reference};
 
-/// Below this depth of the tree nodes are halved by count whatever it costs, which bounds the depth by this
-/// plus the logarithm of the reference count, and with it every recursion, on any input.
+/// Below this depth nodes are halved by count at any cost. So on any input the depth, and with it every recursion, is
+/// bounded by this number plus the logarithm of the reference count.
 const MAX_GREEDY_DEPTH: u32 = 56;
-/// Least overlap, as a share of the node's own area, from which spatial splits are tried there. The paper has
-/// only the share of the root's area, by which almost every node of a large mesh passes for next to no gain:
-/// this makes the build of a million triangles two to three times as fast, and slivers lose nothing.
+/// Least overlap, as a share of the node's own area, from which spatial splits are tried. The paper compares with the
+/// root's area alone, which lets almost every node of a large mesh pass for almost no gain. This second limit makes the
+/// build of a million triangles two to three times as fast, and the trees of slivers are as good.
 const SHARE: f32 = 0.05;
-/// Nodes with this few references are not split spatially: what a triangle gains there it gains more cheaply
-/// above, and half of all nodes are this small.
+/// Nodes with at most this many references are not split spatially: splits higher up gain the same at less cost, and
+/// half of all nodes are this small.
 const FEWEST: usize = 8;
-/// Subtrees with more references than this are built as tasks of their own.
+/// Subtrees with more references than this are built as separate tasks.
 const TASK: usize = 1 << 12;
 
-/// What steers the build; see [`crate::BuildOptions`].
+/// Limits of the build; see [`crate::BuildOptions`].
 pub(crate) struct Settings {
     /// Largest number of references.
     pub budget: usize,
@@ -52,8 +52,8 @@ struct Builder<'a> {
     least_overlap: f32,
 }
 
-/// Builds the tree over the triangles of the given numbers. Node 0 is the root; the array has vacant places.
-/// Empty where there are no triangles.
+/// Builds the tree over the triangles with the given numbers. Node 0 is the root; some entries of the array stay
+/// vacant. Empty if there are no triangles.
 pub(crate) fn build(mesh: &Mesh, numbers: Vec<u32>, settings: &Settings) -> Vec<Node> {
     let count = numbers.len();
     if count == 0 {
@@ -73,15 +73,15 @@ pub(crate) fn build(mesh: &Mesh, numbers: Vec<u32>, settings: &Settings) -> Vec<
     nodes
 }
 
-/// Vacant nodes, the first of which has index `base` in the whole array.
+/// Vacant nodes; the first has index `base` in the whole array.
 struct Place<'a> {
     below: &'a mut [Node],
     base: usize,
 }
 
 impl Builder<'_> {
-    /// Builds the subtree over `references[..count]`, all but its root into `place`: in parts of their own for other
-    /// threads, as long as it is large.
+    /// Builds the subtree over `references[..count]`: returns its root and writes the rest into `place`. Large subtrees
+    /// are divided among threads.
     fn task(
         &self,
         place: Place,
@@ -108,7 +108,7 @@ impl Builder<'_> {
         Node::inner(extent.bounds, base, &first.1, &second.1)
     }
 
-    /// The same on this thread, into the first vacant nodes after `used`.
+    /// The same on this thread alone, into the first vacant nodes after `used`.
     fn subtree(
         &self,
         place: &mut Place,
@@ -131,7 +131,7 @@ impl Builder<'_> {
         Node::inner(extent.bounds, place.base + pair, &first.1, &second.1)
     }
 
-    /// Splits the references and divides the room: the right-hand side's begin at the first number returned.
+    /// Splits the references and divides the spare room: the right side begins at the first number returned.
     fn spread(
         &self,
         references: &mut [Reference],
@@ -143,15 +143,14 @@ impl Builder<'_> {
         let room =
             share(references.len() - left_count - right_count, (left_count, &left), (right_count, &right));
         let cut = left_count + room;
-        // The right-hand references move up to make the room; their order is free, so only those in the way do.
+        // The right references make room for the left ones. Their order is free, so only those in the way move.
         let moved = room.min(right_count);
         references.copy_within(left_count..left_count + moved, cut + right_count - moved);
         (cut, left_count, left, right_count, right)
     }
 
-    /// Chooses a split and carries it out: the left side's references come first, the right side's follow.
-    /// Both sides are non-empty.
-    #[inline(never)] // Its working arrays stay out of the recursion's stack frames.
+    /// Chooses a split and performs it: the references of the left side come first. Both sides are non-empty.
+    #[inline(never)] // Keeps its working arrays out of the stack frames of the recursion.
     fn split(
         &self,
         references: &mut [Reference],
@@ -173,7 +172,7 @@ impl Builder<'_> {
                     if middle > 0 && middle < end {
                         return (middle, left, end - middle, right);
                     }
-                    // Unsplitting put everything on one side, and nothing was divided: as before.
+                    // Unsplitting put everything on one side and divided nothing: the references are as before.
                 }
             }
             if let Some(object) = object {
@@ -202,8 +201,7 @@ fn halves(references: &[Reference], middle: usize) -> (usize, Extent, usize, Ext
     (middle, Extent::of(left), right.len(), Extent::of(right))
 }
 
-/// The left child's part of the spare room, by summed areas; a child with one reference is a leaf and needs
-/// none.
+/// The left child's part of the spare room, by summed areas. A child with one reference is a leaf and gets none.
 fn share(
     spare: usize,
     (left_count, left): (usize, &Extent),
@@ -220,8 +218,7 @@ fn share(
     }
 }
 
-/// Moves the references for which `right` holds behind the others. Returns how many stay in front, and the
-/// extents of both parts.
+/// Moves the references for which `right` holds behind the others. Returns the number in front and both extents.
 fn partition(references: &mut [Reference], right: impl Fn(Reference) -> bool) -> (usize, Extent, Extent) {
     let (mut left_extent, mut right_extent) = (Extent::EMPTY, Extent::EMPTY);
     let (mut i, mut j) = (0, references.len());

@@ -1,4 +1,4 @@
-//! The boxes of a node's eight children against one ray.
+//! The slab test of a node's eight children against one ray.
 
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -10,37 +10,37 @@ use obvhs::cwbvh::node::CwBvhNode;
 #[cfg(target_arch = "x86_64")]
 pub use x86::Eight;
 
-/// A ray in the builder's units, with the direction scaled to a largest component of 1: slab distances are
-/// then of the size of the mesh.
+/// A ray in the builder's units with its direction scaled to a largest component of 1. Slab distances are then of the
+/// size of the mesh.
 #[derive(Clone, Copy, Debug)]
-pub struct Line {
+pub struct ScaledRay {
     origin: Vec3,
     inverse: Vec3,
-    /// By which slabs are widened, in slab distance.
+    /// The widening of slabs, in slab distance.
     widening: Vec3,
     /// Slab distance per ray parameter.
     rate: f64,
 }
 
-impl Line {
-    /// A ray, its direction not zero and all finite, by units of the builder per unit of the mesh.
+impl ScaledRay {
+    /// Scales a proper ray; `scale` is in builder's units per unit of the mesh.
     #[inline(always)]
-    pub fn new(ray: &Ray, scale: f32) -> Line {
+    pub fn new(ray: &Ray, scale: f32) -> ScaledRay {
         let size = ray.direction.abs().max_element();
         let inverse = (size / ray.direction.abs()).min(Vec3::splat(STEEPEST)).copysign(ray.direction);
         let origin = ray.origin * scale;
         let widening = inverse.abs() * (WIDENING * (origin.abs().max_element() + 1.0));
-        Line { origin, inverse, widening, rate: f64::from(size) * f64::from(scale) }
+        ScaledRay { origin, inverse, widening, rate: f64::from(size) * f64::from(scale) }
     }
 
-    /// The slab distance before which no hit has parameter `t` or more.
+    /// A slab distance below which no hit has parameter `t` or more.
     #[inline(always)]
     pub fn first(&self, t: f32) -> f32 {
         let distance = (f64::from(t) * self.rate) as f32;
         (distance * (1.0 - ROUNDING)).min(distance * (1.0 + ROUNDING))
     }
 
-    /// The slab distance behind which no hit has parameter `t` or less.
+    /// A slab distance above which no hit has parameter `t` or less.
     #[inline(always)]
     pub fn last(&self, t: f32) -> f32 {
         let distance = (f64::from(t) * self.rate) as f32;
@@ -48,50 +48,48 @@ impl Line {
     }
 }
 
-/// More than the rounding of a product or two.
+/// More than the rounding error of two products.
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
-/// Children that a ray meets.
+/// The children that a ray meets.
 #[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Entries {
-    /// Slab distances at which they are entered.
+    /// The slab distances at which they are entered.
     pub near: [f32; 8],
-    /// Child i as bit i. Of empty children it may be either.
+    /// Child i as bit i; undefined for empty children.
     pub hit: u32,
 }
 
-/// The test of eight boxes in the registers of some instruction set.
-///
-/// The comparison is such that an overflow to NaN counts as a hit.
+/// The slab test of eight boxes in one instruction set. An overflow to NaN counts as a hit.
 pub trait Slabs: Copy {
-    /// For the ray, from slab distance `first`.
-    fn new(line: &Line, first: f32) -> Self;
+    /// Prepares a ray that starts at slab distance `first`.
+    fn new(ray: &ScaledRay, first: f32) -> Self;
 
-    /// Which children a ray meets by slab distance `last`.
+    /// The children that the ray meets up to slab distance `last`.
     fn enter(&self, node: &CwBvhNode, last: f32) -> Entries;
 
-    /// Has the cache fetch an item that will be read soon, where there is an instruction for that.
+    /// Prefetches an item into the cache, if there is an instruction for that.
     #[inline(always)]
     fn prefetch<T>(_item: &[T], _index: usize) {}
 }
 
-/// Without registers of its own.
+/// The portable form.
 #[derive(Clone, Copy, Debug)]
 pub struct Plain {
-    line: Line,
+    ray: ScaledRay,
     first: f32,
 }
 
 impl Slabs for Plain {
     #[inline(always)]
-    fn new(line: &Line, first: f32) -> Self {
-        Plain { line: *line, first }
+    fn new(ray: &ScaledRay, first: f32) -> Self {
+        Plain { ray: *ray, first }
     }
 
     #[inline(always)]
     fn enter(&self, node: &CwBvhNode, last: f32) -> Entries {
-        let Line { origin, inverse, widening, .. } = self.line;
+        let ScaledRay { origin, inverse, widening, .. } = self.ray;
         let mut near = [self.first; 8];
         let mut far = [last; 8];
         let planes = [
@@ -120,7 +118,7 @@ impl Slabs for Plain {
     }
 }
 
-// One instruction each, and the running value survives a NaN in the other.
+// One instruction each; the running value is kept if the other is NaN.
 #[inline(always)]
 fn max(running: f32, other: f32) -> f32 {
     if other > running { other } else { running }

@@ -1,13 +1,13 @@
-//! The hierarchy for the GPU: its traversal in WGSL, and its nodes and triangles as bytes.
+//! The hierarchy for GPUs: its traversal in WGSL, and its nodes and triangles as bytes.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::{Bvh, traverse};
 
-/// `intersect` of gemtrace's kernel by this hierarchy; needs [`Bvh::wgsl_constants`].
+/// The WGSL function `intersect` of gemtrace's kernel for this hierarchy; needs [`Bvh::wgsl_constants`].
 pub const INTERSECT: &str = include_str!("intersect_software.wgsl");
 
-/// A triangle as the kernel reads it: the Rust twin of `Triangle` in `intersect_software.wgsl`.
+/// A triangle in the layout of `Triangle` in `intersect_software.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct TriangleBlock {
@@ -21,21 +21,21 @@ pub struct TriangleBlock {
     pub facet: u32,
     /// Third corner.
     pub c: [f32; 3],
-    /// Nothing.
+    /// Unused.
     pub padding: u32,
 }
 
-/// Bytes of a node: `Node` in `intersect_software.wgsl`.
+/// Size of `Node` in `intersect_software.wgsl`, bytes.
 pub const NODE_BYTES: usize = size_of::<obvhs::cwbvh::node::CwBvhNode>();
 
 impl Bvh {
-    /// The WGSL text of the constants of [`INTERSECT`] for this hierarchy.
+    /// The constants of [`INTERSECT`] for this hierarchy, in WGSL.
     pub fn wgsl_constants(&self) -> String {
         format!(
             "const WIDENING: f32 = {:?};\nconst STEEPEST: f32 = {:?};\nconst TRAVERSAL_STACK: u32 = {};\n",
             f64::from(traverse::WIDENING),
             f64::from(traverse::STEEPEST),
-            self.most_waiting(),
+            self.stack_size(),
         )
     }
 
@@ -44,9 +44,9 @@ impl Bvh {
         self.scale
     }
 
-    /// The most nodes that wait during a traversal: on each level seven siblings of the one that is visited.
-    /// Rounded up, so that scenes share compiled shaders.
-    fn most_waiting(&self) -> usize {
+    /// The largest stack of a traversal: seven siblings of the visited node on each level. Rounded up, so that scenes
+    /// share compiled shaders.
+    fn stack_size(&self) -> usize {
         (7 * self.stats().depth + 2).next_multiple_of(32)
     }
 
@@ -55,8 +55,7 @@ impl Bvh {
         bytemuck::cast_slice(&self.nodes)
     }
 
-    /// All references in the order of the nodes, with the facet of each as `facet_of` gives it by the triangle's
-    /// index in the input.
+    /// All references in the order of the nodes. `facet_of` gives the facet of a triangle by its index in the input.
     pub fn triangle_blocks(&self, facet_of: impl Fn(u32) -> u32) -> Vec<TriangleBlock> {
         let block = |reference: &crate::triangle::Triangle| {
             let [a, b, c] = *reference.corners();

@@ -1,11 +1,11 @@
-//! How good a tree is: its cost by the surface area heuristic, its size, and the work that rays cause.
+//! Measures of a tree: cost by the surface area heuristic, size, and traversal steps.
 
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::cwbvh::CwBvh;
 use obvhs::cwbvh::node::CwBvhNode;
 
-/// What one step costs, in the surface area heuristic (MacDonald & Booth 1990; Goldsmith & Salmon 1987).
+/// The costs of steps in the surface area heuristic (MacDonald & Booth 1990; Goldsmith & Salmon 1987).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Weights {
     /// Visiting an inner node.
@@ -15,15 +15,15 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// A node and a triangle cost the same: the usual choice for binary trees.
+    /// The usual choice for binary trees.
     pub const EQUAL: Weights = Weights { node: 1.0, triangle: 1.0 };
-    /// A triangle costs 0.3 of an eight-way node: what `obvhs` minimises when it forms wide nodes.
+    /// The costs that the wide conversion minimises.
     pub const WIDE: Weights = Weights { node: 1.0, triangle: 0.3 };
 }
 
-/// Expected cost of a random line that meets the tree's box, by the surface area heuristic:
-/// `(Σ inner A·node + Σ leaf A·n·triangle) / A(root)`, `A` being the surface area of a node's box and `n` a
-/// leaf's reference count. Zero for an empty tree or one whose box has no area.
+/// The expected cost of a random line that meets the tree's box: `(Σ inner A·node + Σ leaf A·n·triangle) / A(root)`, with
+/// the surface area `A` of a node's box and the reference count `n` of a leaf. Zero for an empty tree or a box without
+/// area.
 pub fn binary_cost(tree: &Bvh2, weights: Weights) -> f64 {
     let Some(root) = tree.nodes.first() else { return 0.0 };
     let sum: f64 = tree
@@ -38,7 +38,7 @@ pub fn binary_cost(tree: &Bvh2, weights: Weights) -> f64 {
     per_root(sum, root.aabb())
 }
 
-/// The same for a wide tree, over the boxes as the compressed nodes give them.
+/// The same for a wide tree, with the boxes of the compressed nodes.
 pub fn wide_cost(tree: &CwBvh, weights: Weights) -> f64 {
     cost(&tree.nodes, &tree.total_aabb, weights)
 }
@@ -90,9 +90,9 @@ pub(crate) fn depth(nodes: &[CwBvhNode]) -> usize {
 pub struct Stats {
     /// Triangles in the tree.
     pub triangles: usize,
-    /// Triangles without area, which are left out: no ray can hit them.
+    /// Triangles without area. They are left out, since no ray can hit them.
     pub degenerate: usize,
-    /// References to triangles, more than there are triangles where these were split.
+    /// References to triangles; spatial splits make them more than the triangles.
     pub references: usize,
     /// Wide nodes, of up to eight children.
     pub nodes: usize,
@@ -102,7 +102,7 @@ pub struct Stats {
     pub cost: f64,
 }
 
-/// Is told of each step of a traversal. `()` counts nothing and costs nothing.
+/// Counts the steps of a traversal. `()` counts nothing at no cost.
 pub trait Counter {
     /// A wide node was visited: up to eight boxes tested.
     #[inline]

@@ -1,6 +1,8 @@
 //! Meshes and random numbers for tests, benchmarks and examples, the same on every machine.
 
+use crate::{BuildOptions, Bvh};
 use glam::{Quat, Vec3};
+use obvhs::triangle::Triangle;
 use std::collections::HashMap;
 use std::f32::consts::{PI, TAU};
 
@@ -14,6 +16,20 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// The hierarchy over it with default options.
+    ///
+    /// # Panics
+    /// If the mesh is not valid.
+    pub fn bvh(&self) -> Bvh {
+        Bvh::build(&self.positions, &self.triangles, &BuildOptions::default()).expect("a valid mesh")
+    }
+
+    /// Its triangles for `obvhs`.
+    pub fn obvhs(&self) -> Vec<Triangle> {
+        let corners = (0..self.triangles.len()).map(|i| self.corners(i).map(Into::into));
+        corners.map(|[v0, v1, v2]| Triangle { v0, v1, v2 }).collect()
+    }
+
     /// Adds a triangle with corners of its own.
     pub fn push(&mut self, corners: [Vec3; 3]) {
         let first = self.positions.len() as u32;
@@ -73,8 +89,8 @@ impl Random {
     }
 }
 
-/// Slivers: `count` triangles of random orientation with centres in the unit cube, lengths between 0.1 and 1
-/// and width `width`. Box hierarchies without spatial splits are at their worst on them.
+/// Slivers: `count` triangles of random orientation with centres in the unit cube, lengths between 0.1 and 1 and width
+/// `width`. They are the worst case of hierarchies without spatial splits.
 pub fn slivers(count: usize, width: f32, seed: u64) -> Mesh {
     let mut random = Random(seed);
     let mut mesh = Mesh::default();
@@ -88,7 +104,7 @@ pub fn slivers(count: usize, width: f32, seed: u64) -> Mesh {
     mesh
 }
 
-/// A soup of `count` triangles with centres in the unit cube and corners within about `size` of them.
+/// `count` random triangles with centres in the unit cube and corners within about `size` of them.
 pub fn soup(count: usize, size: f32, seed: u64) -> Mesh {
     let mut random = Random(seed);
     let mut mesh = Mesh::default();
@@ -99,7 +115,7 @@ pub fn soup(count: usize, size: f32, seed: u64) -> Mesh {
     mesh
 }
 
-/// A sphere of radius 1 about the origin: an icosahedron whose triangles are divided in four `levels` times.
+/// A unit sphere about the origin: an icosahedron whose triangles are divided in four `levels` times.
 /// Closed, wound counter-clockwise seen from outside; 20·4^levels triangles.
 pub fn icosphere(levels: u32) -> Mesh {
     let golden = (1.0 + 5f32.sqrt()) / 2.0;
@@ -111,28 +127,13 @@ pub fn icosphere(levels: u32) -> Mesh {
         let Vec3 { x, y, .. } = positions[i % 4];
         positions.push(if i < 4 { Vec3::new(0.0, x, y) } else { Vec3::new(y, 0.0, x) });
     }
-    let mut triangles = vec![
-        [0, 11, 5],
-        [0, 5, 1],
-        [0, 1, 7],
-        [0, 7, 10],
-        [0, 10, 11],
-        [1, 5, 9],
-        [5, 11, 4],
-        [11, 10, 2],
-        [10, 7, 6],
-        [7, 1, 8],
-        [3, 9, 4],
-        [3, 4, 2],
-        [3, 2, 6],
-        [3, 6, 8],
-        [3, 8, 9],
-        [4, 9, 5],
-        [2, 4, 11],
-        [6, 2, 10],
-        [8, 6, 7],
-        [9, 8, 1],
-    ];
+    // A fan about each of two opposite vertices and a strip between them.
+    let (upper, lower) = ([11, 5, 1, 7, 10], [4, 9, 8, 6, 2]);
+    let mut triangles: Vec<[u32; 3]> = Vec::new();
+    for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 4), (4, 0)] {
+        let [a, b, c, d] = [upper[i], upper[j], lower[i], lower[j]];
+        triangles.extend([[0, a, b], [3, d, c], [a, c, b], [c, d, b]]);
+    }
     for _ in 0..levels {
         let mut middles = HashMap::new();
         let mut middle = |a: u32, b: u32| {
@@ -170,8 +171,8 @@ pub fn torus(tube: f32, around: u32, across: u32) -> Mesh {
     mesh
 }
 
-/// A faceted convex stone about the origin: a flat table, rings of `sides` corners (crown, girdle, pavilion)
-/// and a pointed culet. Long thin facets meet there. Closed, wound counter-clockwise seen from outside.
+/// A faceted convex stone about the origin: a flat table, rings of `sides` corners (crown, girdle, pavilion) and a
+/// pointed culet, at which long thin facets meet. Closed, wound counter-clockwise seen from outside.
 pub fn stone(sides: u32) -> Mesh {
     let rings = [(0.55, 0.34), (0.8, 0.24), (1.0, 0.02), (1.0, -0.02), (0.4, -0.55)];
     let mut positions = vec![Vec3::new(0.0, 0.0, 0.34)];
@@ -197,8 +198,8 @@ pub fn stone(sides: u32) -> Mesh {
     Mesh { positions, triangles }
 }
 
-/// The side of a cylinder of radius 0.1 and length 2, in `sides` quads of two long triangles each, turned by
-/// 45° about x and then about z, which leaves no edge parallel to an axis.
+/// The side of a cylinder of radius 0.1 and length 2, in `sides` quads of two long triangles each, turned by 45° about x
+/// and then about z, so that no edge is parallel to an axis.
 pub fn slanted_cylinder(sides: u32) -> Mesh {
     let mut mesh = Mesh::default();
     let turn = Quat::from_rotation_z(PI / 4.0) * Quat::from_rotation_x(PI / 4.0);

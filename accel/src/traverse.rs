@@ -1,27 +1,27 @@
 //! Conservative traversal of the wide tree.
 //!
 //! # Why no hit is lost
-//! The triangle test accepts a hit by its own rounded arithmetic, so a box test must not be the one to
-//! disagree. Let `u = 2⁻²⁴` and let `R` be the largest distance, along one axis, of the ray's origin from a
-//! point of the mesh; both are measured in the builder's units, in which the mesh reaches no further than 1
-//! from zero, so `R ≤ |origin| + 1` and `R ≥ 1`. An accepted hit lies, along each axis,
+//! The box test must not reject a hit that the triangle test accepts in its own rounded arithmetic. Let `u = 2⁻²⁴`, and
+//! let `R` be the largest distance along one axis between the ray's origin and a point of the mesh, in the builder's
+//! units. The mesh extends no further than 1 from zero, so `R ≤ |origin| + 1` and `R ≥ 1`. Along each axis an accepted
+//! hit lies
 //! - within `5 u R` of the ray: the sheared corners are rounded (subtraction, slope, product, subtraction);
-//! - within `11 u` of a reference's box: the clipping of references is rounded once;
-//! - within `11 u` of what the compressed node says: `obvhs` rounds `(box − node) / cell` before it takes the
-//!   floor or ceiling, and the logarithm that gives the cell.
+//! - within `11 u` of the box of a reference: the clipping of references is rounded once;
+//! - within `11 u` of the box in the compressed node: `(box − node) / cell` is rounded before floor or ceiling, and so is
+//!   the logarithm that gives the cell.
 //!
-//! The slab distance itself is off by at most `5 u R |i|`, where `i = 1/direction`. `slabs` has it in two forms, each
-//! with five roundings of numbers no larger than `R |i|`: as `q·(cell·i) + (p − o)·i`, one rounding each of `i`,
-//! difference, product, product and sum; and fused as `q·(cell·i) + (p·i + (−o·i ∓ δ|i|))`, one each of `i`, the
-//! product `o·i`, and the three sums. (`cell` is a power of two.) So every box is widened by `δ = 48 u R`, which in the
-//! slab test is `δ |i|` subtracted from the entry and added to the exit distance. `|i|` is clamped to
-//! `2²³ / |direction|∞`: a direction component smaller than that moves the ray by less than `2 u R` on its whole way
-//! through the mesh, and zeros need no case of their own.
+//! The slab distance itself has an error of at most `5 u R |i|`, with `i = 1/direction`. `slabs` computes it in two
+//! forms, each with five roundings of numbers no larger than `R |i|`: as `q·(cell·i) + (p − o)·i`, with one rounding
+//! each for `i`, the difference, the two products and the sum; and fused as `q·(cell·i) + (p·i + (−o·i ∓ δ|i|))`, with
+//! one each for `i`, the product `o·i` and the three sums. (`cell` is a power of two.) So every box is widened by
+//! `δ = 48 u R`: the slab test subtracts `δ |i|` from the entry distance and adds it to the exit distance. `|i|` is
+//! clamped to `2²³ / |direction|∞`: a smaller direction component moves the ray by less than `2 u R` on its whole way
+//! through the mesh. Zeros then need no special case.
 //!
-//! # What takes the time
-//! A ray through a large mesh waits for memory, one node after the other. So children are asked of the memory as soon as
-//! they are known, and a node's triangles with the node. The rest is a chain in which each node's address follows from
-//! the box test before it, and branches that are hard to foretell: few and short.
+//! # Performance
+//! A ray through a large mesh waits for memory at every node. So children are prefetched as soon as they are known, and
+//! the triangles of a node together with the node. Otherwise the time goes to a dependency chain, since the address of
+//! each node follows from the box test before it, and to unpredictable branches, which are kept few and short.
 
 mod stack;
 
@@ -29,7 +29,7 @@ use obvhs::cwbvh::node::CwBvhNode;
 
 use crate::instructions::Task;
 use crate::lanes::{Lanes, Work};
-use crate::slabs::{Line, Slabs};
+use crate::slabs::{ScaledRay, Slabs};
 use crate::stats::Counter;
 use crate::triangle::Shear;
 use crate::{Bvh, Hit, Ray};
@@ -40,7 +40,7 @@ pub(crate) const WIDENING: f32 = 48.0 / 16_777_216.0;
 /// Largest `|i|` in units of `1 / |direction|∞`.
 pub(crate) const STEEPEST: f32 = 8_388_608.0;
 
-/// The running search: the interval and the best hit so far.
+/// The interval of the search and the best hit so far.
 pub(crate) struct Search<'a, A> {
     ray: &'a Ray,
     accept: A,
@@ -52,8 +52,8 @@ impl<'a, A: FnMut(&Hit) -> bool> Search<'a, A> {
         Search { ray, accept, best: None }
     }
 
-    /// Takes a hit if it lies in the interval, precedes the best so far and is accepted. The order is by
-    /// parameter, then by triangle, so that the outcome does not depend on the order of the offers.
+    /// Takes a hit if it lies in the interval, precedes the best so far and is accepted. Hits are ordered by parameter,
+    /// then by triangle, so the result does not depend on the order of the calls.
     #[inline]
     pub fn offer(&mut self, hit: Hit) -> bool {
         let precedes = match &self.best {
@@ -88,17 +88,17 @@ impl<A: FnMut(&Hit) -> bool, C: Counter> Task for Closest<'_, A, C> {
         if !ray.is_proper() || bvh.nodes.is_empty() {
             return None;
         }
-        let line = Line::new(ray, bvh.scale);
-        let slabs = V::Slabs::new(&line, line.first(ray.t_min));
-        let last = line.last(ray.t_max);
+        let scaled = ScaledRay::new(ray, bvh.scale);
+        let slabs = V::Slabs::new(&scaled, scaled.first(ray.t_min));
+        let last = scaled.last(ray.t_max);
         let mut leaves =
-            Leaves { bvh, ray, line, shear: None, last, search: Search::new(ray, accept), counter };
+            Leaves { bvh, ray, scaled, shear: None, last, search: Search::new(ray, accept), counter };
         V::apart(Walk::<A, C, V> { slabs: &slabs, leaves: &mut leaves });
         leaves.search.best
     }
 }
 
-/// A walk through the nodes, the nearest first.
+/// The traversal of the nodes, nearest first.
 struct Walk<'a, 'b, A, C, V: Lanes> {
     slabs: &'a V::Slabs,
     leaves: &'a mut Leaves<'b, A, C>,
@@ -114,7 +114,7 @@ impl<A: FnMut(&Hit) -> bool, C: Counter, V: Lanes> Work for Walk<'_, '_, A, C, V
         let mut stack = Stack::new();
         let mut next = Some((f32::NEG_INFINITY, 0));
         while let Some((near, index)) = next {
-            // What has been found since a node was put on the stack may lie before it.
+            // A hit found since this entry was pushed may be nearer.
             if near > leaves.last {
                 next = stack.pop();
                 continue;
@@ -144,20 +144,20 @@ impl<A: FnMut(&Hit) -> bool, C: Counter, V: Lanes> Work for Walk<'_, '_, A, C, V
 struct Leaves<'a, A, C> {
     bvh: &'a Bvh,
     ray: &'a Ray,
-    line: Line,
-    /// Once it is needed: most rays that miss a mesh meet none of its leaves.
+    scaled: ScaledRay,
+    /// Computed at the first leaf: most rays that miss the mesh reach none.
     shear: Option<Shear>,
-    /// The slab distance by which a hit may still be accepted.
+    /// The largest slab distance of an acceptable hit.
     last: f32,
     search: Search<'a, A>,
     counter: &'a mut C,
 }
 
-/// The test of the leaves of a node.
+/// The test of a node's leaves.
 struct Test<'a, 'b, A, C> {
     leaves: &'a mut Leaves<'b, A, C>,
     node: &'a CwBvhNode,
-    /// Which children to test, child i as bit i; empty ones have no triangles.
+    /// The children to test, child i as bit i. Empty children have no triangles.
     hit: u32,
 }
 
@@ -177,7 +177,7 @@ impl<A: FnMut(&Hit) -> bool, C: Counter> Work for Test<'_, '_, A, C> {
                 if let Some(hit) = shear.intersect(triangle)
                     && leaves.search.offer(hit)
                 {
-                    leaves.last = leaves.line.last(hit.t);
+                    leaves.last = leaves.scaled.last(hit.t);
                 }
             }
         }

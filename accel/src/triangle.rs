@@ -1,15 +1,15 @@
 //! Watertight ray–triangle intersection (Woop, Benthin & Wald 2013).
 //!
-//! The ray is sheared onto a coordinate axis, after which a triangle is hit where the origin lies in its
-//! two-dimensional image. The images of shared corners are the same numbers in each triangle, and the signs
-//! of the edge functions are those of the exact values (below), so that neighbours agree about which side of
-//! a shared edge the ray passes: one of them is hit, or, exactly on the edge, both.
+//! A shear maps the ray onto a coordinate axis. A triangle is then hit if its two-dimensional image contains the origin.
+//! A corner has the same image in every triangle, and the signs of the edge functions are exact (see below). So
+//! neighbours agree on which side of their shared edge the ray passes: one of them is hit, or both if the ray meets the
+//! edge exactly.
 
 use glam::{DVec3, Vec3};
 
 use crate::{Hit, Ray};
 
-/// A triangle as the traversal reads it, with its number in the input.
+/// A triangle in the traversal's layout, with its number in the input.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Triangle {
     corners: [[f32; 3]; 3],
@@ -32,13 +32,13 @@ impl Triangle {
     }
 }
 
-/// What is the same for each triangle that a ray meets.
+/// The ray-dependent part of the test.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shear {
-    /// The axis of the direction's largest component comes last.
+    /// Last the axis of the direction's largest component.
     axes: [usize; 3],
     origin: [f32; 3],
-    /// Direction over its largest component along the other two axes.
+    /// The other two components of the direction over the largest one.
     slope: [f32; 2],
     slope_exact: [f64; 2],
     origin_exact: DVec3,
@@ -47,7 +47,7 @@ pub(crate) struct Shear {
 }
 
 impl Shear {
-    /// `None` where the direction is zero or anything is not finite.
+    /// `None` if the direction is zero or anything is not finite.
     pub fn new(ray: &Ray) -> Option<Shear> {
         ray.is_proper().then(|| Shear::of(ray))
     }
@@ -78,13 +78,13 @@ impl Shear {
         }
     }
 
-    /// Where the ray's line meets the triangle, for any sign of the ray parameter.
+    /// The hit of the ray's line with the triangle, for any sign of the ray parameter.
     ///
-    /// Which side of an edge the ray passes is decided in single precision. Rounding is monotonic, so the
-    /// difference of two rounded products has the sign of the exact difference or is zero; where it is zero
-    /// (or overflows) it is taken again in double precision, in which products of single-precision numbers
-    /// are exact. The parameter and barycentric coordinates then follow in double precision from the unrounded
-    /// shear, unless that puts the ray outside by its own, smaller, rounding.
+    /// The side on which the ray passes an edge is decided in single precision. Rounding is monotonic, so the difference
+    /// of two rounded products has the sign of the exact difference or is zero. If it is zero or overflows, it is
+    /// computed again in double precision, in which products of single-precision numbers are exact. The parameter and
+    /// the barycentric coordinates are then computed in double precision from the unrounded shear, unless that puts the
+    /// ray outside by its own, smaller rounding error.
     #[inline(always)]
     pub fn intersect(&self, triangle: &Triangle) -> Option<Hit> {
         let [a, b, c] = &triangle.corners;
@@ -93,7 +93,7 @@ impl Shear {
         let mut u = c[0] * b[1] - c[1] * b[0];
         let mut v = a[0] * c[1] - a[1] * c[0];
         let mut w = b[0] * a[1] - b[1] * a[0];
-        // Bitwise, as each comparison alone is no better foretold than a coin.
+        // Bitwise operators: branches on the single comparisons would be unpredictable.
         if (u == 0.0) | (v == 0.0) | (w == 0.0) | !(u + v + w).is_finite() {
             [u, v, w] = edges(image.map(|p| p.map(f64::from))).map(sign);
         }
@@ -134,7 +134,7 @@ impl Shear {
     }
 }
 
-/// Twice the signed areas that the origin forms with the edges opposite to each corner.
+/// Twice the signed areas of the origin with the edge opposite to each corner.
 #[inline(always)]
 fn edges([a, b, c]: [[f64; 2]; 3]) -> [f64; 3] {
     [c[0] * b[1] - c[1] * b[0], a[0] * c[1] - a[1] * c[0], b[0] * a[1] - b[1] * a[0]]

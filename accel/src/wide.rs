@@ -1,12 +1,12 @@
 //! From the binary tree to the eight-way compressed tree (Ylitie, Karras & Laine 2017).
 //!
-//! Which binary nodes become wide ones is the paper's optimum (section 4.1): `C(n, i)` is what the subtree of node `n`
-//! costs as a forest of at most `i` wide trees, and for each `n` and `i` the best way to get there is kept in the
-//! [`Form`] of the node. The costs follow from the children's alone, so the builder works them out on its way up, on
-//! all threads and without a table. The wide nodes are then written from the root down.
+//! The choice of binary nodes that become wide nodes is the optimum of the paper (section 4.1). `C(n, i)` is the cost of
+//! the subtree of node `n` as a forest of at most `i` wide trees; the [`Form`] of the node records how it is reached for
+//! each `i`. The costs depend on those of the children alone, so the builder computes them bottom-up, on all threads and
+//! without a table. The wide nodes are then written from the root down.
 //!
-//! The tree is bit for bit the one that `obvhs` makes of the same binary tree; but its conversion keeps 56 bytes of
-//! costs and 48 of node for each binary node, which for ten million triangles is more than all else together.
+//! The tree is bit for bit the one that `obvhs` makes from the same binary tree. But `obvhs` keeps 56 bytes of costs and
+//! 48 bytes of node for each binary node, which for ten million triangles is more than everything else together.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3A;
@@ -18,16 +18,16 @@ use obvhs::cwbvh::node::CwBvhNode;
 
 use crate::sbvh::Node;
 
-/// References that may be gathered in one leaf; the node format holds no more.
+/// Most references of one leaf in the node format.
 const LEAF: u32 = 3;
-/// What testing a triangle costs, where visiting a node costs 1.
+/// The cost of a triangle test; visiting a node costs 1.
 const TRIANGLE: f32 = 0.3;
 
 /// A wide tree.
 #[derive(Default)]
 pub(crate) struct Wide {
     pub nodes: Vec<CwBvhNode>,
-    /// The triangle of each reference, in the order in which leaves name them.
+    /// The triangle of each reference, in the order of the leaves.
     pub triangles: Vec<u32>,
     pub bounds: Aabb,
 }
@@ -38,9 +38,9 @@ pub(crate) struct Costs {
     references: u32,
 }
 
-/// For each number `i` of trees the way to the cost `C(n, i)`, in bits: for `i = 1` whether it is a wide leaf, and how many
-/// of a wide node's eight children come from the left (0 stands for 1); above that how many come from the left, or
-/// [`Form::FEWER`] where `i − 1` trees cost no more. A binary leaf is a form of its own.
+/// How `C(n, i)` is reached for each number `i` of trees, as bits. For `i = 1`: whether it is a wide leaf, and how many of
+/// the wide node's eight children come from the left (0 stands for 1). For larger `i`: how many trees come from the left,
+/// or [`Form::FEWER`] if `i − 1` trees cost no more. A binary leaf has its own form.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(transparent)]
 pub(crate) struct Form(u32);
@@ -51,7 +51,7 @@ impl Form {
     const GATHERED: u32 = 1 << 30;
     const FEWER: u32 = 7;
 
-    /// How many of at most `i + 1` trees come from the left and the right, each less one; `None` where the subtree is
+    /// How many of at most `i + 1` trees come from the left and from the right, each minus one; `None` if the subtree is
     /// one tree.
     fn shares(self, i: usize) -> Option<(usize, usize)> {
         let i = (1..=i).rev().find(|&i| self.code(i) != Form::FEWER)?;
@@ -59,7 +59,7 @@ impl Form {
         Some((left, i - left - 1))
     }
 
-    /// The same for the eight children of a wide node; of no meaning for a binary leaf.
+    /// The same for the eight children of a wide node; meaningless for a binary leaf.
     fn children(self) -> (usize, usize) {
         let left = (self.code(0) as usize).min(6);
         (left, 6 - left)
@@ -76,12 +76,12 @@ impl Form {
 }
 
 impl Costs {
-    /// Of a binary leaf with a box of this half area.
+    /// Costs of a binary leaf whose box has this half area.
     pub fn leaf(half_area: f32) -> Costs {
         Costs { forest: [half_area * TRIANGLE; 7], references: 1 }
     }
 
-    /// Of an inner node, and the way to it.
+    /// Form and costs of an inner node.
     pub fn inner(half_area: f32, left: &Costs, right: &Costs) -> (Form, Costs) {
         let cheapest = |trees: usize, limit: f32| {
             (0..trees).fold((limit, Form::FEWER), |best, k| {
@@ -109,8 +109,8 @@ impl Costs {
     }
 }
 
-/// Packs the builder's sparse array into `obvhs`'s binary tree: siblings side by side, one reference a leaf,
-/// in depth-first order, so that subtrees lie together in memory.
+/// Packs the builder's sparse array into `obvhs`'s binary tree: siblings adjacent, one reference a leaf, in depth-first
+/// order, so that subtrees are contiguous in memory.
 pub(crate) fn binary(nodes: &[Node]) -> Bvh2 {
     let mut packed = Vec::new();
     let mut primitives = Vec::new();
@@ -142,14 +142,14 @@ pub(crate) fn binary(nodes: &[Node]) -> Bvh2 {
     }
 }
 
-/// Lets `obvhs` move subtrees to where they cost less (Meister & Bittner 2018).
+/// Moves subtrees to where they cost less, by `obvhs` (Meister & Bittner 2018).
 pub(crate) fn reinsert(tree: &mut Bvh2, ratio: f32) {
     if ratio > 0.0 {
         ReinsertionOptimizer::default().run(tree, ratio, None);
     }
 }
 
-/// The wide tree of a binary one that `obvhs` has changed.
+/// The wide tree of a binary tree that `obvhs` has changed.
 pub(crate) fn convert_packed(tree: &Bvh2) -> Wide {
     let wide = bvh2_to_cwbvh(tree, LEAF, true, false);
     Wide { nodes: wide.nodes, triangles: wide.primitive_indices, bounds: wide.total_aabb }
@@ -170,8 +170,8 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Writes the subtree of a binary node as the wide node `to`, and then its wide children: no deeper than the binary
-    /// tree, whose depth the builder bounds.
+    /// Writes the subtree of a binary node as the wide node `to`, then its wide children. The recursion is no deeper than
+    /// the binary tree, whose depth the builder bounds.
     fn node(&mut self, from: u32, to: usize) {
         let mut children = Children::default();
         self.gather(from, self.binary[from as usize].form().children(), &mut children);
@@ -202,7 +202,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The roots of the forest that a binary node's children are made into.
+    /// The roots of the forest into which the children of a binary node are converted.
     fn gather(&self, node: u32, (left, right): (usize, usize), into: &mut Children) {
         let this = &self.binary[node as usize];
         if this.is_leaf() {
@@ -228,11 +228,11 @@ impl Writer<'_> {
         }
     }
 
-    /// An empty node whose grid of 255 cells along each axis covers the box.
+    /// An empty node whose grid, 255 cells along each axis, covers the box.
     fn framed(&self, own: &Aabb) -> CwBvhNode {
         let extent = (own.max - own.min).max(Vec3A::splat(1e-20));
         let cell = (extent * (1.0 / 255.0)).log2().ceil().exp2();
-        // A power of two is its exponent.
+        // A power of two is given by its exponent.
         let e = cell.to_array().map(|c: f32| (c.to_bits() >> 23) as u8);
         CwBvhNode { p: own.min.into(), e, ..CwBvhNode::default() }
     }
@@ -248,8 +248,8 @@ impl Writer<'_> {
         [node.child_max_x[slot], node.child_max_y[slot], node.child_max_z[slot]] = high;
     }
 
-    /// The children in slots that tell a ray's octant in which order it meets them (section 3.2 of the paper), greedily:
-    /// slot `s` wants what lies furthest against direction `s`.
+    /// The assignment of children to slots, such that the octant of a ray gives their traversal order (section 3.2 of the
+    /// paper). It is greedy: slot `s` prefers the child furthest against direction `s`.
     fn ordered(&self, own: &Aabb, children: &Children) -> [Option<u32>; 8] {
         let mut cost = [[0.0_f32; 8]; 8];
         for (costs, &child) in cost.iter_mut().zip(children.list()) {

@@ -1,4 +1,4 @@
-//! The traversal returns what testing every triangle returns, bit for bit.
+//! The traversal has the same result as testing every triangle, bit for bit.
 
 use accel::glam::Vec3;
 use accel::stats::Steps;
@@ -27,14 +27,14 @@ fn meshes() -> Vec<(&'static str, Mesh)> {
     ]
 }
 
-/// Unit squares in the plane z = 0, whose corners are small integers: everything about it is exact.
+/// Unit squares in the plane z = 0. Their corners are small integers, so all arithmetic is exact.
 fn grid(n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for i in 0..n {
         for j in 0..n {
             let (x, y) = (i as f32, j as f32);
-            let [a, b, c, d] =
-                [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)].map(|(x, y)| Vec3::new(x, y, 0.0));
+            let square = [(x, y), (x + 1.0, y), (x + 1.0, y + 1.0), (x, y + 1.0)];
+            let [a, b, c, d] = square.map(|(x, y)| Vec3::new(x, y, 0.0));
             mesh.push([a, b, c]);
             mesh.push([a, c, d]);
         }
@@ -76,7 +76,8 @@ fn ray(mesh: &Mesh, random: &mut Random) -> Ray {
     }
     if random.below(6) == 0 {
         let axis = random.below(3);
-        direction = Vec3::ZERO.with_axis(axis, if random.below(2) == 0 { 1.0 } else { -1.0 });
+        direction = Vec3::ZERO;
+        direction[axis] = if random.below(2) == 0 { 1.0 } else { -1.0 };
     }
     direction *= [1.0, 1e-3, 1e3][random.below(3)];
     let reach = size / direction.abs().max_element().max(f32::MIN_POSITIVE);
@@ -87,17 +88,6 @@ fn ray(mesh: &Mesh, random: &mut Random) -> Ray {
         _ => (-1e-6 * reach, reach),
     };
     Ray { origin, direction, t_min, t_max }
-}
-
-trait WithAxis {
-    fn with_axis(self, axis: usize, value: f32) -> Self;
-}
-
-impl WithAxis for Vec3 {
-    fn with_axis(mut self, axis: usize, value: f32) -> Vec3 {
-        self[axis] = value;
-        self
-    }
 }
 
 #[test]
@@ -112,7 +102,7 @@ fn closest_is_that_of_all_triangles() {
                     let ray = ray(&mesh, &mut Random(i));
                     let found = bvh.closest(&ray, |_| true);
                     assert_eq!(found, bvh.closest_of_all(&ray, |_| true), "{name}, ray {i}: {ray:?}");
-                    // As a tracer asks: anything but the triangle it comes from, and facing one way.
+                    // As in a renderer: not the triangle the ray starts on, and only some of the others.
                     let own = found.map(|hit| hit.triangle);
                     let other = |hit: &Hit| Some(hit.triangle) != own && !hit.triangle.is_multiple_of(3);
                     let second = bvh.closest(&ray, other);
@@ -120,7 +110,7 @@ fn closest_is_that_of_all_triangles() {
                     usize::from(found.is_some())
                 })
                 .sum();
-            assert!(hits > RAYS as usize / 10, "{name}: only {hits} of {RAYS} rays hit, which tests little");
+            assert!(hits > RAYS as usize / 10, "{name}: only {hits} of {RAYS} rays hit");
         }
     }
 }
@@ -143,8 +133,7 @@ fn every_tree_gives_the_same_hit() {
 
 #[test]
 fn hits_are_where_they_should_be() {
-    let mesh = grid(4);
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default()).unwrap();
+    let bvh = grid(4).bvh();
     let ray = Ray::new(Vec3::new(1.75, 2.25, 8.0), Vec3::new(0.0, 0.0, -2.0));
     let hit = bvh.closest(&ray, |_| true).unwrap();
     // The square at (1, 2) is the sixth (4·1 + 2); its first triangle has the corners (1,2), (2,2), (2,3).
@@ -156,8 +145,8 @@ fn ties_go_to_the_lower_triangle() {
     let mesh = grid(4);
     let mut twice = mesh.clone();
     twice.triangles.extend(mesh.triangles);
-    let bvh = Bvh::build(&twice.positions, &twice.triangles, &BuildOptions::default()).unwrap();
-    // On an edge and on a corner of the grid: two and six triangles, and their doubles.
+    let bvh = twice.bvh();
+    // On an edge and on a corner of the grid: two and six triangles, and their duplicates.
     for (x, y, first) in [(1.5, 2.5, 12), (2.0, 2.0, 10)] {
         let ray = Ray::new(Vec3::new(x, y, 1.0), -Vec3::Z);
         let mut seen = std::collections::BTreeSet::new();
@@ -179,9 +168,8 @@ fn negative_parameters_count_when_asked_for() {
 }
 
 #[test]
-fn rays_that_are_none_hit_nothing() {
-    let mesh = testing::icosphere(1);
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default()).unwrap();
+fn invalid_rays_hit_nothing() {
+    let bvh = testing::icosphere(1).bvh();
     let whole = Ray { t_min: f32::NEG_INFINITY, ..Ray::new(Vec3::ZERO, Vec3::X) };
     for ray in [
         Ray { direction: Vec3::ZERO, ..whole },
@@ -206,8 +194,7 @@ fn rays_that_are_none_hit_nothing() {
 #[test]
 fn work_grows_slowly_with_the_mesh() {
     let work = |levels| {
-        let mesh = testing::icosphere(levels);
-        let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default()).unwrap();
+        let bvh = testing::icosphere(levels).bvh();
         let mut steps = Steps::default();
         for i in 0..1000 {
             let mut random = Random(i);
@@ -218,7 +205,7 @@ fn work_grows_slowly_with_the_mesh() {
         steps
     };
     let (small, large) = (work(2), work(5));
-    // 64 times the triangles are two levels of eight more.
+    // 64 times the triangles: two more levels of eight.
     assert!(large.nodes < 3 * small.nodes, "{small:?}, {large:?}");
     assert!(large.triangles < 2 * small.triangles, "{small:?}, {large:?}");
 }

@@ -1,13 +1,13 @@
-//! The facet planes of one convex stone, and where rays inside it meet them.
+//! The facet planes of one convex stone, and their intersections with rays inside it.
 //!
-//! A ray inside a convex solid leaves through the plane that it meets first. **Search** compares all planes for
-//! one ray. **Verify** takes a facet that may be the one for sixteen rays at a time: if a ray meets the facet's plane
-//! inside the facet's polygon, it is the one, since the polygon is part of the solid's surface. Wavelengths of one
-//! camera ray stay together for many reflections, so one search mostly serves them all.
+//! A ray inside a convex solid leaves through the plane that it meets first. **Search** compares all planes for one ray.
+//! **Verify** tests a guessed facet for sixteen rays at a time: if a ray meets the facet's plane inside the facet's
+//! polygon, the guess is right, since the polygon is part of the surface. The wavelengths of one camera ray stay close for
+//! many reflections, so one search is usually enough for all of them.
 //!
-//! A guess is believed only where the point is inside the polygon by a margin that covers the rounding of both
-//! ways. Elsewhere the ray is searched for. So what a ray meets never depends on who guessed, and the picture not
-//! on how rays were grouped.
+//! A guess is accepted only if the point is inside the polygon by a margin that covers the rounding of both methods.
+//! Otherwise the ray is searched for. So the hit of a ray never depends on the guess, and the picture does not depend on the
+//! grouping of rays.
 
 mod batch;
 mod search;
@@ -21,8 +21,7 @@ use std::ops::Range;
 pub(crate) use batch::BATCH;
 pub use batch::Beam;
 
-/// The sides of a facet are tested so many at a time: most facets have one such group, so that the processor
-/// guesses right where the loop ends.
+/// The number of sides that are tested at a time. Most facets have one such group, so the end of the loop is predictable.
 const UNROLLED: usize = 8;
 
 /// A facet: its plane n · x = d, and the planes around it.
@@ -30,7 +29,7 @@ const UNROLLED: usize = 8;
 struct Facet {
     normal: [f32; 3],
     offset: f32,
-    /// In groups of [`UNROLLED`].
+    /// Groups of [`UNROLLED`] sides.
     around: Range<usize>,
 }
 
@@ -43,11 +42,11 @@ pub(crate) struct Planes {
     blocks: Vec<Block>,
     /// All planes, for searches of sixteen rays, the largest facets first.
     candidates: Vec<Candidate>,
-    /// How many of those make up most of the surface.
+    /// How many of these cover most of the surface.
     large: usize,
 }
 
-/// Where rays inside the stone meet its surface.
+/// The exits of rays from the stone.
 #[derive(Clone, Copy)]
 pub(crate) struct Exit<V> {
     pub point: Triple<V>,
@@ -60,14 +59,14 @@ pub(crate) struct Exit<V> {
 }
 
 impl<V: Lanes> Exit<V> {
-    /// At no distance from anywhere.
+    /// At distance zero, without a position.
     #[inline(always)]
     pub fn nowhere() -> Self {
         let (zero, nowhere) = (V::splat(0.0), Triple::splat([0.0; 3]));
         Exit { point: nowhere, normal: nowhere, cosine: V::splat(1.0), distance: zero }
     }
 
-    /// Takes over the lanes whose bit is set; returns them.
+    /// Copies the lanes whose bit is set; returns them.
     #[inline(always)]
     fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
         let mask = V::Mask::from_bits(lanes);
@@ -90,7 +89,7 @@ impl Planes {
         let facet = |(plane, outline): (&FacetPlane, &Outline)| {
             let first = sides.len() / UNROLLED;
             sides.extend_from_slice(&outline.sides);
-            // A side that every point is inside of.
+            // A side that has every point inside.
             let nowhere = Side { normal: [0.0; 3], offset: 1.0 };
             sides.resize(sides.len().next_multiple_of(UNROLLED), nowhere);
             let normal = plane.normal.as_vec3().to_array();
@@ -113,11 +112,11 @@ impl Planes {
         groups.as_flattened().iter().all(|side| Vec3::from(side.normal).dot(point) < side.offset)
     }
 
-    /// Where sixteen rays inside the stone that are `alive` leave it; other lanes hold any finite values. `guess` is
-    /// a facet to try first, and afterwards the last one met. [`exits`](Self::exits) is for many such packets.
+    /// The exits of the `alive` ones of sixteen rays inside the stone; other lanes have any finite values. `guess` is a facet
+    /// to try first, and afterwards the last one found. [`exits`](Self::exits) is for many such packets.
     ///
-    /// No epsilon: a ray never runs towards the facet it has just been reflected by, and a start that rounding
-    /// put beyond a plane leaves through it at distance 0.
+    /// There is no epsilon: a ray never approaches the facet that has just reflected it, and a ray that rounding starts beyond
+    /// a plane leaves through it at distance 0.
     #[inline(always)]
     pub fn exit<V: Lanes>(
         &self,
@@ -135,7 +134,7 @@ impl Planes {
         }
         let rows = [origin.stored(), direction.stored()];
         while open != 0 {
-            // The first and the last wavelength differ most; their searches run side by side.
+            // The first and the last wavelength differ most; their searches run in parallel.
             let lanes = [open.trailing_zeros(), 15 - open.leading_zeros()];
             let found = self.search::<V>(lanes.map(|lane| {
                 let lane = lane as usize % WIDTH;
@@ -143,7 +142,7 @@ impl Planes {
             }));
             for (lane, facet) in lanes.into_iter().zip(found) {
                 let (met, inside) = self.verify(origin, direction, facet);
-                // What a search has found needs no second opinion.
+                // The result of a search needs no verification.
                 open &= !exit.accept(&met, open & (inside | 1 << lane));
                 *guess = facet;
                 if open == 0 {
@@ -154,13 +153,13 @@ impl Planes {
         exit
     }
 
-    /// Where rays meet the plane of a facet, and, as bits, which of them do so well inside its polygon.
+    /// The intersections of rays with the plane of a facet, and as bits which of them are well inside its polygon.
     #[inline(always)]
     fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
         let Facet { normal, offset, around } = &self.facets[facet];
         let normal = Triple::splat(*normal);
-        // What becomes of the ray is computed unfused, as the shaders do it: two backends that round alike pass the
-        // edges of facets on the same side, after however many reflections.
+        // The exit is computed without fused operations, like in the shaders: backends with equal rounding pass the edges of
+        // facets on the same side after any number of reflections.
         let cosine = normal.dot_unfused(direction);
         let zero = V::splat(0.0);
         let gap = (V::splat(*offset) - normal.dot_unfused(origin)).max(zero);

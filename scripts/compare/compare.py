@@ -1,4 +1,4 @@
-"""Measures gemtrace and its peers in turn and writes the table of ratios: see run.sh."""
+"""Measures gemtrace and its peers in turn, and writes the table of ratios; see run.sh."""
 
 import argparse
 import json
@@ -14,7 +14,7 @@ from line import NotRun
 
 
 class Bench:
-    """Runs programs and keeps what they say."""
+    """Runs programs and records their output."""
 
     def __init__(self, options):
         self.options = options

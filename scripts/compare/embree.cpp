@@ -1,7 +1,8 @@
-// Embree's part: builds and traces what `peers` has written. One measurement a call, its result one line of JSON.
+// The measurements of Embree, on the meshes and rays that `peers` has written. One measurement for each call, with one line
+// of JSON as the result.
 //   embree build MESH                 a HIGH quality build
 //   embree trace MESH RAYS single|packets16 [robust|cached]
-// Times are CPU seconds of this process, without reading files; rays are set up within them, as they must be.
+// Times are CPU seconds of this process. They include the preparation of rays, but not the reading of files.
 #include <embree3/rtcore.h>
 
 #include <algorithm>
@@ -18,10 +19,10 @@
 
 namespace {
 
-// Rays begin a little way on: Embree has no other means to pass over the triangle they start on.
+// Rays begin at a small distance: Embree has no other means to skip the triangle that they start on.
 constexpr float near = 1e-4f;
 constexpr int width = 16;
-// Packets that are traced several times before the next ones, so that they come from the second cache.
+// Packets that are traced repeatedly before the next ones, so that they are in the second cache.
 constexpr std::size_t together = 512;
 
 struct Packet {
@@ -139,7 +140,7 @@ int trace(const char* mesh, const char* rays, bool packets16, bool robust, int r
   const auto packets = read<Packet>(rays);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  // The packets come as sixteen wavelengths of one pixel, which stay together for a while.
+  // A packet has sixteen wavelengths of one pixel, whose rays are close together at first.
   context.flags = packets16 ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
   Tally tally;
   const double start = seconds();

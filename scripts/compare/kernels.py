@@ -1,4 +1,4 @@
-"""What is quick enough to be repeated in rounds, and the lines made of it."""
+"""The measurements that are repeated in rounds, and their lines."""
 
 from dataclasses import dataclass
 from typing import Callable
@@ -8,8 +8,8 @@ from line import Line, Measurement, NotRun
 # Useful operations, counted by hand from the source of the packets (backend-cpu: planes, incidence,
 # texel, block). A fused multiply-add, sum, product, quotient, root, minimum, maximum or comparison of
 # floating-point numbers is one operation, as the units that do the former do the others; selections, gathers,
-# searches for a facet and guesses that fail are none.
-EXIT = 13  # where a ray meets the plane of its facet, and that it does so ahead
+# searches for a facet and failed guesses do not count.
+EXIT = 13  # the intersection of a ray with the plane of its facet, and that it lies ahead
 SIDE = 4  # that the point is on the inner side of one side of the facet
 INCIDENCE = 6  # cos² beyond the surface and its root
 POLARIZED = 57  # the frame turned 37, the row times the matrix 20
@@ -33,7 +33,7 @@ class Comparison:
 
 
 def measurements(options):
-    """Everything that is quick enough to be repeated in rounds."""
+    """The measurements that are repeated in rounds."""
     peers, ours, work = options.peers, options.ours, options.work
     embree = work / "embree"
     brilliant, internal = work / "brilliant.mesh", work / "internal.rays"
@@ -63,7 +63,7 @@ def measurements(options):
 
 
 def share_of_peak(render, baseline, peak):
-    """Useful operations over those that the core could have done; both renderers meet the same surfaces."""
+    """Useful operations over the peak of the core; both renderers have the same surface events."""
     events = baseline["events"] * (EXIT + SIDE * baseline["sides"] + INCIDENCE + POLARIZED + REFLECTED)
     return (events + baseline["leaving"] * LEAVING) / render["cpu"] / max(peak.values())
 
@@ -74,7 +74,7 @@ def intersecting(exits, render, baseline):
 
 
 def roofline(results):
-    """For the plot of roofs, or None where something was not measured: operations a second and a byte."""
+    """For the roofline plot: operations a second and a byte; None if a measurement is missing."""
     names = ["peak", "bandwidth", "polarized", "avx2", "obvhs polarized"]
     if not all(results.get(name) for name in names):
         return None
@@ -98,12 +98,12 @@ def agree(first, second, allowed=1e-3):
 
 
 def quotient(first, second):
-    """Of CPU times: how many times quicker the second is."""
+    """The ratio of CPU times: how many times as fast the second is."""
     return first["cpu"] / second["cpu"]
 
 
 def wall(first, second):
-    """The same of the clock on the wall."""
+    """The ratio of wall times."""
     return first["wall"] / second["wall"]
 
 
@@ -112,18 +112,18 @@ COMPARISONS = [
         "One convex stone, all shading, against the same renderer over obvhs CWBVH, single rays",
         20, 35, ["obvhs polarized", "polarized"], quotient,
         "polarised; 57 facets and 64 of the girdle, 32 wavelengths, at most 16 events. The peer is this repository's "
-        "own scalar loop with obvhs's traversal and the C library's angle functions", same=True),
+        "own scalar loop with obvhs's traversal and the angle functions of the C library", same=True),
     Comparison(
         "The same without polarisation", 20, 35, ["obvhs scalar", "scalar"], quotient,
-        "s and p averaged at every event", same=True),
+        "the mean of s and p at every event", same=True),
     Comparison(
-        "Polarised against averaged transport, time", 1.8, None, ["polarized", "scalar"], quotient,
+        "Polarised against unpolarised transport, time", 1.8, None, ["polarized", "scalar"], quotient,
         "a ratio of times", better="less"),
     Comparison(
         "Intersections of internal rays, one brilliant, against Embree 16-packets",
         10, 18, ["embree packets", "exits"], quotient,
         "one convex stone of some 250 triangles only; the same rays in the same packets of wavelengths, from the "
-        "second cache. Embree serves any mesh, and makes full hit records", same=True),
+        "second cache. Embree supports any mesh, and returns full hit records", same=True),
     Comparison(
         "The same against Embree single rays", 15, 28, ["embree single", "exits"], quotient, "as above", same=True),
     Comparison(
@@ -133,20 +133,19 @@ COMPARISONS = [
         "reflection, 116 more for a ray that leaves; the peak is that of the widest registers"),
     Comparison(
         "Share of a render's time that goes to intersections", None, None, ["exits", "polarized", "obvhs polarized"],
-        intersecting, "of the first line's; the rest is shading, the look-up of lights and what wavelengths share",
+        intersecting, "of the first line; the rest is shading, the look-up of lights and work shared by wavelengths",
         better="less"),
     Comparison(
         "AVX2 against AVX-512, speed", 0.6, 0.75, ["avx512", "avx2"], quotient,
-        "the same program, told which to use"),
+        "the same program with either instruction set"),
     Comparison(
         "Two cores against one", 1.9, 1.97, ["polarized", "two cores"], wall,
-        "wall time of two threads on two cores against one thread on one; means something only on a machine that does "
-        "nothing else"),
+        "wall time of two threads on two cores against one thread on one; meaningful only on an idle machine"),
     Comparison(
         "A million triangles of stones, internal rays, against Embree single rays",
         1.2, 2, ["embree heap", "heap"], quotient,
-        "4096 brilliants, separate and convex: a ray inside a stone knows in which, and meets its planes alone; Embree "
-        "is told nothing of the sort", same=True),
+        "4096 brilliants, separate and convex: a ray inside a stone knows which one, and tests its planes alone; Embree "
+        "does not have this information", same=True),
     Comparison(
         "Incoherent rays, a mesh of a million triangles, against Embree robust single rays",
         0.7, 1, ["embree torus", "torus"], quotient,
@@ -154,7 +153,7 @@ COMPARISONS = [
     Comparison(
         "Building the hierarchy of a million triangles against Embree HIGH, time",
         4, 1.5, ["build", "embree build"], quotient,
-        "one core; a torus, where spatial splits are tried and not wanted: other meshes cost more", better="less"),
+        "one core; a torus, where spatial splits are tried without success: other meshes cost more", better="less"),
 ]
 
 

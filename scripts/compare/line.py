@@ -1,4 +1,4 @@
-"""What a measurement and a line of the table are."""
+"""A measurement, and a line of the table."""
 
 from dataclasses import dataclass, field
 
@@ -9,7 +9,7 @@ class NotRun(Exception):
 
 @dataclass
 class Measurement:
-    """A program that prints its result; `cores` where it is not the one that all are pinned to."""
+    """A program that prints its result; `cores` if not the default core."""
 
     name: str
     command: list
@@ -18,7 +18,7 @@ class Measurement:
 
 @dataclass
 class Line:
-    """A ratio of gemtrace to a peer; `better` says which way."""
+    """A ratio of gemtrace to a peer; `better` is the better direction."""
 
     what: str
     must: float | None

@@ -27,7 +27,7 @@ def world(folder, scene, number):
     made = pyluxcore.Scene()
     width, height = scene["studio"]
     studio = np.fromfile(folder / "studio.f32", np.float32).reshape(height, width, 3)
-    # Its image runs the other way and begins a quarter of a turn further on.
+    # Its image has the other direction and starts a quarter turn later.
     studio = np.ascontiguousarray(np.roll(studio[:, ::-1], width // 4, axis=1))
     made.DefineImageMap("studio", studio.reshape(-1), 1.0, 3, width, height)
     made.Parse(properties({
@@ -51,7 +51,7 @@ def world(folder, scene, number):
 
 
 def render(folder, scene, number, samples, seed):
-    """The green of a pass and the CPU seconds that it took."""
+    """The green channel of a pass and its CPU seconds."""
     settings = properties({
         "renderengine.type": "PATHCPU",
         "renderengine.seed": seed * len(scene["index"]) + number + 1,
@@ -79,7 +79,7 @@ def render(folder, scene, number, samples, seed):
     session.Stop()
     picture = np.zeros(scene["size"] ** 2 * 3, np.float32)
     session.GetFilm().GetOutputFloat(pyluxcore.FilmOutputType.RGB, picture)
-    # Its rows run from the bottom up.
+    # Its rows are in ascending order.
     return picture.reshape(scene["size"], scene["size"], 3)[::-1, :, 1], cpu
 
 

@@ -1,7 +1,7 @@
 """One monochrome pass of Mitsuba 3 for each wavelength, joined to X, Y and Z.
 
-Mitsuba has no dispersion: one pass, one index of refraction. Usage: mitsuba_passes.py FOLDER SAMPLES SEED OUT, FOLDER
-being where `peers describe` has written the scene, with its result as scene.json.
+Mitsuba has no dispersion, so each pass has one index of refraction. Usage: mitsuba_passes.py FOLDER SAMPLES SEED OUT, where
+FOLDER has the scene written by `peers describe`, with its result as scene.json.
 """
 
 import json
@@ -16,13 +16,13 @@ VARIANTS = ["llvm_ad_mono", "scalar_rgb"]
 
 
 def variant():
-    """Vectorised through LLVM where its library is found."""
+    """Vectorised with LLVM if its library is there."""
     for name in VARIANTS:
         try:
             mi.set_variant(name)
             mi.load_dict({"type": "sphere"})
             return name
-        except Exception as reason:  # whatever the library throws, the next variant may do
+        except Exception as reason:  # After any exception the next variant is tried.
             print(f"{name}: {reason}", file=sys.stderr)
     raise SystemExit("no variant of Mitsuba runs here")
 
@@ -31,7 +31,7 @@ def load(folder, scene, samples):
     """The stone, the studio and the camera."""
     width, height = scene["studio"]
     studio = np.fromfile(folder / "studio.f32", np.float32).reshape(height, width, 3)
-    # Its y axis is up and its image is seen from -z on; the stone's table looks along z.
+    # Its y axis is up and its image starts at -z; the stone's table faces +z.
     turn = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
     view = mi.ScalarTransform4f().look_at(scene["position"], scene["look_at"], [0, 0, 1])
     return mi.load_dict({
@@ -75,7 +75,7 @@ def main():
         picture = mi.render(world, spp=samples, seed=seed * len(scene["index"]) + number)
         return np.array(picture)[:, :, 0]
 
-    # The first passes compile; what is measured afterwards is rendering alone, to Mitsuba's advantage.
+    # The first passes compile. The measurement is rendering alone, to Mitsuba's advantage.
     for number in range(2):
         render(number)
     xyz = np.zeros((scene["size"], scene["size"], 3))

@@ -1,8 +1,8 @@
-"""Comparisons at equal error with renderers that draw lots.
+"""Comparisons at equal error with Monte Carlo renderers.
 
-The converged picture is gemtrace's own, of many samples; a peer whose mean differs from it is not compared. A peer
-gets as many samples as it needs to come as near to it as the line says, and gemtrace the cheapest of a few settings
-that comes at least as near. Errors are those of X, Y and Z over the pixels that the stone covers wholly.
+The converged picture is gemtrace's own, with many samples; a peer with another mean is not compared. A peer gets the number of
+samples that it needs for the error of the line, and gemtrace the cheapest of several settings that reaches this error. Errors
+are those of X, Y and Z over the pixels that the stone covers completely.
 """
 
 import json
@@ -16,14 +16,14 @@ import numpy as np
 from line import Line, NotRun
 
 HERE = Path(__file__).parent
-# Samples a pixel, wavelengths a sample, events on a path and the throughput at which it is broken off.
+# Samples a pixel, wavelengths a sample, the largest number of events on a path, and the threshold.
 CONVERGED = (64, 32, 64, 1e-4)
-# Eight wavelengths carry every colour. What is wanted to a tenth need not be followed to the end: what is left at the
-# last event leaves there.
+# Eight wavelengths represent every colour. For an error of a tenth, paths need not be followed to the end: the remaining light
+# leaves at the last event.
 GRIDS = [(1, 8), (1, 16), (2, 8), (3, 8), (4, 6), (6, 4), (1, 32), (4, 8), (2, 16), (9, 8), (4, 16), (16, 8), (25, 8), (36, 8)]
 DEPTHS = [(16, 1e-2), (24, 1e-2), (24, 1e-3), (64, 1e-4)]
 MOST_SAMPLES = 4096
-# A peer's mean, once near enough, may differ by so much of it: its own noise and the paths it breaks off.
+# The allowed relative difference of a peer's mean, for its noise and the paths it ends.
 SAME_MEAN = 0.02
 
 
@@ -33,7 +33,7 @@ def rmse(picture, reference):
 
 
 def noise(picture, reference):
-    """The same of the pictures as shown, over the luminance of the brightest hundredth, where both are cut off."""
+    """The same for the displayed pictures, over the luminance of the brightest hundredth, at which both are clipped."""
     white = np.percentile(reference[:, 1], 99)
     difference = np.clip(picture, 0, white) - np.clip(reference, 0, white)
     return float(np.sqrt(np.mean(difference**2)) / white)
@@ -41,7 +41,7 @@ def noise(picture, reference):
 
 @dataclass
 class Peer:
-    """A renderer, how it is called for so many samples, and what it is held to."""
+    """A renderer, its command for a number of samples, and its target."""
 
     name: str
     what: str
@@ -77,16 +77,16 @@ PEERS = {
              "CPU time to 10 % RMSE of the converged dispersive diamond, against 32 monochrome Mitsuba passes",
              100, 200, "scalar", rmse, 0.10, 4, python("mitsuba_passes.py"),
              "256², unpolarised in both, so not gemtrace's default; Mitsuba has no dispersion of its own. Its "
-             "compilation and loading are left out. RMSE over the stone, as a share of its mean"),
+             "compilation and loading are not counted. RMSE over the stone, as a share of its mean"),
         Peer("indicatrix", "CPU time to 25 dB, against indicatrix's spectral path tracer",
              50, 200, "polarized", noise, 10 ** (-25 / 20), 4, indicatrix,
              "256², polarised and dispersive in both, the same Sellmeier formula; PSNR over the stone, white being "
              "the brightest hundredth"),
         Peer("luxcore", "CPU time to 16.5 dB, against 32 monochrome LuxCore passes",
              None, None, "scalar", noise, 10 ** (-16.5 / 20), 4, python("luxcore_passes.py"),
-             "256², unpolarised in both; PSNR as above. LuxCore's own dispersion draws a new wavelength at every "
-             "refraction, so its pictures converge to something else. Pass by pass its mean is ours, but beyond some "
-             "18 dB it comes no nearer, for a reason that was not found", 1),
+             "256², unpolarised in both; PSNR as above. LuxCore's own dispersion chooses a new wavelength at every "
+             "refraction, so its pictures converge to another result. Pass by pass its mean is ours, but it does not "
+             "exceed about 18 dB, for an unknown reason", 1),
     ]
 }
 
@@ -131,7 +131,7 @@ class Studio:
 
 
 def samples_needed(studio, peer):
-    """The fewest samples that bring a peer near enough, from its errors at some, which fall with a power of them."""
+    """The fewest samples with which a peer reaches the target, from its errors, which decrease with a power of the samples."""
     tried = []
     samples = peer.first
     while samples <= MOST_SAMPLES:
@@ -151,7 +151,7 @@ def samples_needed(studio, peer):
 
 
 def cheapest(studio, peer):
-    """The cheapest of our settings that is at least as near."""
+    """The cheapest of our settings that reaches the target."""
     stone, reference = studio.reference(peer.mode)
     enough, most = [], float("inf")
     for setting in [grid + depth for depth in DEPTHS for grid in GRIDS]:
@@ -177,7 +177,7 @@ def line(studio, peer):
             made.ratios.append(theirs / studio.ours(peer.mode, setting)[1]["cpu"])
         grid, depth, threshold = setting[:2], *setting[2:]
         made.caveat += (f". {samples} samples against {grid[0]} of {grid[1]} wavelengths, followed for at most "
-                        f"{depth} events and down to {threshold:g} of what set out")
+                        f"{depth} events and down to a throughput of {threshold:g}")
     except (NotRun, OSError, ValueError) as reason:
         made.not_run = str(reason)
         print(f"compare: {reason}", file=sys.stderr)

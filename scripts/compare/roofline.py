@@ -1,4 +1,4 @@
-"""The plot of roofs (Williams, Waterman & Patterson 2009) as SVG: what arithmetic and memory would allow."""
+"""The roofline plot (Williams, Waterman & Patterson 2009) as SVG: the limits of arithmetic and memory."""
 
 import math
 from xml.sax.saxutils import escape
@@ -16,7 +16,7 @@ def place(x, y):
 
 
 def text(x, y, words, anchor="start"):
-    """Words at a place, in pixels."""
+    """Text at a position in pixels."""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}">{escape(words)}</text>'
 
 
@@ -42,7 +42,7 @@ def axes():
 
 
 def draw(roofs):
-    """The plot: `roofs` and `slopes` by name, shares of the peak and of it a byte; `points` at one `intensity`."""
+    """The plot: `roofs` and `slopes` by name, as shares of the peak and of the peak a byte; `points` at one `intensity`."""
     parts = list(axes())
     for name, slope in roofs["slopes"].items():
         ridge = min(1 / slope, X[1])

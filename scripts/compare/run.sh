@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Installs the peers, runs the same scenes on each in turn, and writes docs/performance-table.md with the raw
-# figures beside it. For Debian 12; Rust must be there.
+# Installs the peers, runs the same scenes on each in turn, and writes docs/performance-table.md and the raw figures. For
+# Debian 12 with Rust.
 #
 # Usage: scripts/compare/run.sh [--rounds N] [--core N] [--only NAME,…]
 #
-# --only measures some of the groups kernels, mitsuba, indicatrix and luxcore; the others' lines stay as they were.
+# --only measures some of the groups kernels, mitsuba, indicatrix and luxcore; the lines of the others do not change.
 #
-# Outside of the repository it installs only the Debian packages named here, and those only as root. Everything
-# else goes to target/compare. A peer that cannot be installed or fails is a line that says so.
+# Outside the repository it installs only the Debian packages named here, and only as root. Everything else goes to
+# target/compare. If a peer cannot be installed or fails, its line says so.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -38,14 +38,14 @@ for peer in mitsuba==3.9.1 pyluxcore==2.11.2; do
     "$python" -m pip install -q "$peer" || warn "$peer was not installed"
 done
 
-# Peers are compiled for this very machine; gemtrace as people compile it, since it chooses its instructions when it runs.
+# Peers are compiled for this machine. gemtrace is compiled as usual, since it chooses its instructions at run time.
 RUSTFLAGS="-C target-cpu=native" CARGO_TARGET_DIR="$work/cargo" \
     cargo build -q --release --manifest-path "$here/peers/Cargo.toml"
 CARGO_TARGET_DIR="$work/portable" cargo build -q --release --manifest-path "$here/peers/Cargo.toml"
 g++ -std=c++17 -O3 -march=native -Wall -Wextra "$here/embree.cpp" -lembree3 -o "$work/embree" ||
-    warn "Embree's part was not compiled"
+    warn "the Embree program was not compiled"
 
-# Mitsuba compiles through LLVM; older ones than 19 lack what it asks for.
+# Mitsuba compiles with LLVM 19 or later.
 llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
 [ -z "$llvm" ] || export DRJIT_LIBLLVM_PATH="$llvm"
 

@@ -1,4 +1,4 @@
-"""The table: Markdown for people, JSON with the ratio of every round."""
+"""The table as Markdown, and as JSON with the ratio of every round."""
 
 import json
 import statistics
@@ -11,9 +11,9 @@ GROUPS = ["kernels", "mitsuba", "indicatrix", "luxcore"]
 
 HEAD = """<!-- Written by scripts/compare/run.sh: change it there. -->
 
-Each ratio is of one run, gemtrace and its peer in turn, by CPU time of one core of an {machine} unless said. The figure
-is the median of the ratios inside each round, the spread their least and greatest. A line without a target was not
-asked for.
+Each ratio comes from one run with gemtrace and its peer in turn, by CPU time of one core of an {machine} unless stated otherwise.
+The figure is the median of the ratios within each round; the spread is their smallest and largest value. Lines without a target are for
+information.
 
 | What | Ratio | Spread | Rounds | Must | Aim | Caveat |
 |---|---|---|---|---|---|---|
@@ -44,20 +44,20 @@ def row(line):
 
 
 def machine():
-    """The processor's instruction set, by which ratios of kernels differ most."""
+    """The processor's instruction set, on which the ratios of kernels depend most."""
     with open("/proc/cpuinfo", encoding="utf-8") as info:
         return f"x86-64 processor {'with' if 'avx512f' in info.read() else 'without'} AVX-512"
 
 
 def replace(file, text):
-    """Writes under another name first, so that nobody reads half a file."""
+    """Writes under another name first, so that readers never see an incomplete file."""
     temporary = file.with_name(f".{file.name}.part")
     temporary.write_text(text, encoding="utf-8")
     temporary.replace(file)
 
 
 def write(folder, made):
-    """Writes the lines made, by group; other groups stay as they were."""
+    """Writes the measured lines, by group; other groups do not change."""
     folder.mkdir(parents=True, exist_ok=True)
     figures = folder / "performance-table.json"
     kept = json.loads(figures.read_text(encoding="utf-8")) if figures.exists() else {}

@@ -1,4 +1,4 @@
-"""From linear sRGB to a spectrum: ours against colour-science's and Mitsuba's ways, on the same colours.
+"""From linear sRGB to a spectrum: our method against those of colour-science and Mitsuba, with the same colours.
 
 Every spectrum is judged as light under D65 by colour-science's own tables (CIE 1931 2°, D65, 5 nm), sRGB's primaries
 and the white of that grid: none of ours goes into the judgement.
@@ -22,7 +22,7 @@ SHAPE = colour.SpectralShape(380, 780, 5)
 
 
 class Judge:
-    """Tables of the grid, and what they say of spectra."""
+    """Tables of the grid, and measures of spectra."""
 
     def __init__(self):
         matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(SHAPE).values
@@ -56,7 +56,7 @@ class Judge:
 
 
 def compare(gemtrace):
-    """All ways on the same colours; times are ratios to ours."""
+    """All methods with the same colours; times are ratios to ours."""
     judge = Judge()
     colours = np.random.default_rng(SEED).random((COUNT, 3))
     rows, ours = [], None
@@ -84,7 +84,7 @@ def refined(gemtrace, colours, judge):
 
 
 def one_by_one(way, colours, read):
-    """A function of colour-science, which takes a colour at a time."""
+    """A function of colour-science, applied to one colour at a time."""
     start = time.perf_counter()
     found = [way(c) for c in colours]
     seconds = time.perf_counter() - start
@@ -97,13 +97,13 @@ def values(sd):
 
 
 def boxes(sd):
-    """Smits's ten numbers are the heights of ten boxes over 380–720 nm, whatever wavelengths they are given at."""
+    """Smits's ten numbers are the heights of ten boxes over 380–720 nm, whatever wavelengths the data name."""
     place = np.clip(((NM - 380.0) / 34.0).astype(int), 0, 9)
     return sd.values[place]
 
 
 def fetched(colours):
-    """Jakob and Hanika's coefficients by their own tables, as Mitsuba carries them (n × 3, for λ in nm)."""
+    """Jakob and Hanika's coefficients by their own tables, as in Mitsuba (n × 3, for λ in nm)."""
     before = mi.variant()
     mi.set_variant("scalar_spectral")
     try:
@@ -128,7 +128,7 @@ def tables(colours):
 
 
 def optimised(colours):
-    """colour-science's optimisation, begun at what the tables have: from grey it takes many times as long."""
+    """colour-science's optimisation, starting from the tables; starting from grey takes many times as long."""
     matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(SHAPE)
     light = colour.SDS_ILLUMINANTS["D65"].copy().align(SHAPE)
     white = colour.XYZ_to_xy(colour.sd_to_XYZ(light, matching))
@@ -139,7 +139,7 @@ def optimised(colours):
     found = []
     for rgb, (a, b, c) in zip(colours, begun, strict=True):
         target = colour.XYZ_to_Lab(colour.RGB_to_XYZ(rgb, "sRGB"), white)
-        # Over the range as 0 to 1.
+        # With the range mapped to 0 to 1.
         guess = [a * span**2, (2.0 * a * first + b) * span, (a * first + b) * first + c]
         try:
             best = minimize(

@@ -1,4 +1,4 @@
-"""How two pictures are judged: per pixel where both are free of noise, per block of pixels where one is not."""
+"""The comparison of two pictures: per pixel without noise, per block of pixels with noise."""
 
 import numpy as np
 from scipy import stats
@@ -9,7 +9,7 @@ WITHIN = 0.9975
 
 
 def deterministic(expected, found, stone):
-    """Relative differences over the stone at one wavelength, absolute where next to nothing is expected."""
+    """Relative differences over the stone at one wavelength; absolute if the expected value is almost zero."""
     pairs = expected[stone], found[stone]
     difference = np.abs(pairs[1] - pairs[0])
     error = np.where(pairs[0] > 1e-6, difference / np.maximum(pairs[0], 1e-6), difference)
@@ -34,7 +34,7 @@ def blocks(picture, size):
 
 
 def stochastic(passes, expected, samples):
-    """Independent passes (n × blocks) of a noisy renderer against what is expected (blocks).
+    """Independent passes (n × blocks) of a noisy renderer against the expected values (blocks).
 
     `samples` is a pass's samples a pixel. The bound is Student's for the number of passes, corrected after Šidák so
     that with probability 0.95 no block of a right picture is beyond it. Blocks without variance show the light alone,
@@ -67,6 +67,6 @@ def stochastic(passes, expected, samples):
 
 
 def mean_difference(passes, expected, step):
-    """The mean relative difference of `step` passes together, over all blocks and all groups of so many passes."""
+    """The mean relative difference of `step` passes together, over all blocks and all such groups of passes."""
     groups = passes.reshape(-1, step, passes.shape[1]).mean(axis=1)
     return float((np.abs(groups - expected) / expected.mean()).mean())

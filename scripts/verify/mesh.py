@@ -1,4 +1,4 @@
-"""Triangle meshes: OBJ and binary PLY, as the scenes use them."""
+"""Triangle meshes in OBJ and binary PLY, for the scenes."""
 
 from dataclasses import dataclass
 from pathlib import Path

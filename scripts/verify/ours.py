@@ -1,4 +1,4 @@
-"""gemtrace, run as anybody runs it: scene files in, spectral EXR out."""
+"""gemtrace as a program: scene files in, spectral EXR out."""
 
 import json
 import subprocess
@@ -8,7 +8,7 @@ from pathlib import Path
 import mitsuba as mi
 import numpy as np
 
-# The oracle last: it is no backend that pictures are rendered with, but what the backends' own tests go by.
+# The reference last: it is not for pictures, but for the tests of the other backends.
 BACKENDS = ("cpu", "wgpu", "vulkan", "reference")
 
 
@@ -26,7 +26,7 @@ class Gemtrace:
         return json.loads(said.stdout)
 
     def devices(self):
-        """Backends that have a device here, with the device's name."""
+        """Backends with a device on this machine, with the name of the device."""
         found = {}
         for backend in self.ask("devices")["backends"]:
             for device in backend["devices"]:
@@ -34,7 +34,7 @@ class Gemtrace:
         return {name: found[name] for name in BACKENDS if name in found}
 
     def variant(self, path, **render):
-        """A copy of a scene with other settings; its parts stay where they are."""
+        """A copy of a scene with other settings, next to its parts."""
         path = Path(path)
         table = tomllib.loads(path.read_text(encoding="utf-8"))
         for part in [table["environment"], *table["stone"]]:
@@ -67,7 +67,7 @@ def planes(path):
 
 
 def toml(table):
-    """The little of TOML that the scenes use. JSON's strings, numbers and lists are TOML's."""
+    """The part of TOML that the scenes use. Strings, numbers and lists are those of JSON."""
     lines = [f"{key} = {json.dumps(value)}" for key, value in table.items() if not holds_tables(value)]
     for key, value in table.items():
         for part in value if isinstance(value, list) else [value]:

@@ -8,7 +8,7 @@ TEXT = Path(__file__).parent / "page.md"
 
 
 def write(result):
-    """The whole page: `page.md` with its fields filled in. A part that was not measured has a dash."""
+    """The whole page: `page.md` with its fields filled in, and a dash for each part that was not measured."""
     parts = {
         "versions": ", ".join(f"{name} {version}" for name, version in result["versions"].items()),
         "pictures": part(result, "deterministic", pictures),
@@ -28,7 +28,7 @@ def write(result):
 
 
 def part(result, name, show):
-    """What a part has to show."""
+    """The figures of a part."""
     return show(result[name]) if name in result else "–"
 
 
@@ -56,12 +56,12 @@ def pictures(found):
 
 
 def devices(found):
-    """What rendered."""
+    """The devices."""
     return "\n".join(f"* `{name}`: {device}" for name, device in found["devices"].items())
 
 
 def deterministic(found):
-    """A row a scene and kind of throughput: for every backend its worst wavelength."""
+    """A row for each scene and kind of throughput, with the worst wavelength of every backend."""
     backends = list(found["devices"])
     rows = []
     for row in found["rows"]:
@@ -74,7 +74,7 @@ def deterministic(found):
 
 
 def verdict(found):
-    """How many comparisons there are, and whether all are within the bounds."""
+    """The number of comparisons, and whether all are within the bounds."""
     all_figures = [f for row in found["rows"] for figures in row["backends"].values() for f in figures]
     failing = sum(not comparison.holds(f) for f in all_figures)
     worst_median, worst_off = worst(all_figures, "median"), worst(all_figures, "off")
@@ -89,7 +89,7 @@ def worst(figures, key):
 
 
 def stochastic(found):
-    """A row a scene."""
+    """A row for each scene."""
     rows = [
         [
             f"{row['scene']}, {row['nm']:g} nm" + (", polarised" if row["polarized"] else ""),
@@ -108,7 +108,7 @@ def stochastic(found):
 
 
 def colour(found):
-    """A row a way."""
+    """A row for each method."""
     rows = [
         [
             row["way"],
@@ -126,7 +126,7 @@ def colour(found):
 
 
 def dispersion(found):
-    """A row a material."""
+    """A row for each material."""
     rows = [
         [
             row["material"],

@@ -1,11 +1,10 @@
 #!/usr/bin/env bash
-# Installs Mitsuba 3 and what else the comparison needs, renders the scenes with it and with every gemtrace backend
-# present, and writes docs/verification.md with its pictures and raw figures, and tests/data/mitsuba.
+# Installs Mitsuba 3 and the other requirements, renders the scenes with it and with every gemtrace backend of this machine, and writes docs/verification.md with its pictures and raw figures, and tests/data/mitsuba.
 #
 # Usage: scripts/verify/run.sh [--only deterministic,stochastic,colour,dispersion]
 #
-# Needs Rust and Python 3.11 or later. Outside of the repository it installs only the Debian packages named here, and
-# those only as root; everything else goes to target/verify.
+# Needs Rust and Python 3.11 or later. Outside the repository it installs only the Debian packages named here, and only as
+# root; everything else goes to target/verify.
 set -euo pipefail
 
 here=$(cd "$(dirname "$0")" && pwd)
@@ -31,18 +30,18 @@ python="$work/venv/bin/python"
 [ -x "$python" ] || python3 -m venv "$work/venv"
 "$python" -m pip install -q -r "$here/requirements.txt"
 
-# Mitsuba compiles through LLVM; older ones than 19 lack what it asks for.
+# Mitsuba compiles with LLVM 19 or later.
 llvm=$(dpkg -L libllvm19 2>/dev/null | grep -m1 'libLLVM.*\.so' || true)
 [ -z "$llvm" ] || export DRJIT_LIBLLVM_PATH="$llvm"
 
-# Many small products of matrices: threads would wait for each other longer than they work.
+# With many small matrix products, threads would mostly wait for each other.
 export OPENBLAS_NUM_THREADS=1
 
 target=${CARGO_TARGET_DIR:-$root/target}
 cargo build -q --release --manifest-path "$root/Cargo.toml" -p gemtrace-cli
 gemtrace="$target/release/gemtrace"
 
-# What the scenes are made of: the same files every time.
+# The parts of the scenes; the files are the same every time.
 parts="$here/scenes/parts"
 mkdir -p "$parts"
 "$python" "$here/stage.py" "$parts"

@@ -1,4 +1,4 @@
-"""A scene file as the other renderer needs it.
+"""A scene file, converted for the other renderer.
 
 Geometry, camera and light are read from the scene file here, by the rules of docs/scene.md and independently of
 gemtrace. What no other renderer can know, n and α at each wavelength, comes from `gemtrace check --json`.
@@ -19,7 +19,7 @@ KNOWN = {"mesh", "width", "rotation", "position", "material"}
 
 @dataclass(frozen=True)
 class Stone:
-    """A placed mesh and its optics: n, k and α (1/mm, Napierian), one value a wavelength."""
+    """A placed mesh with n, k and α (1/mm, Napierian), one value a wavelength."""
 
     mesh: mesh.Mesh
     conductor: bool
@@ -30,7 +30,7 @@ class Stone:
 
 @dataclass(frozen=True)
 class Scene:
-    """Everything in mm, the origin moved to the middle of the stones; `light` is grey texels or one level."""
+    """All lengths in mm, with the origin in the middle of the stones; `light` is grey texels or one level."""
 
     name: str
     path: Path
@@ -47,7 +47,7 @@ class Scene:
     threshold: float
 
     def radius(self):
-        """Of the ball about the origin that holds all stones."""
+        """The radius of the sphere about the origin that contains all stones."""
         return max(np.linalg.norm(stone.mesh.vertices, axis=1).max() for stone in self.stones)
 
     def rays(self):
@@ -104,7 +104,7 @@ def load(path, gemtrace, read_image):
 
 
 def placed(path, stone):
-    """A `[[stone]]` table's mesh where it stands."""
+    """The placed mesh of a `[[stone]]` table."""
     if unknown := set(stone) - KNOWN:
         raise SystemExit(f"{path}: a scene to verify cannot have {sorted(unknown)} in a stone")
     shape = mesh.read(path.parent / stone["mesh"])

@@ -1,4 +1,4 @@
-"""Deterministic splitting on Mitsuba's own intersections and BSDFs: no noise, so pictures can be compared per pixel.
+"""Deterministic ray splitting with Mitsuba's intersections and BSDFs: no noise, so pictures can be compared per pixel.
 
 Every ray that meets a surface goes on twice, by the BSDF's reflection alone and by its transmission alone; Mitsuba
 gives points, normals, directions and weights (Mueller matrices in polarised variants). What is done here is
@@ -15,19 +15,19 @@ import numpy as np
 from world import World
 
 AIR = -1
-# Rays set out this far (in radii of the scene) from the surface they leave, along themselves: the path stays the same.
+# Rays start at this distance (in radii of the scene) from the surface, along their direction, so the path is the same.
 STEP = 1e-6
 TRIES = 8
 CHUNK = 1 << 20
 # Exchanging s and p turns a Mueller matrix M into F M F with F = diag(1, −1, −1, 1), in any frame, since F commutes
-# with rotations. Along a whole path these F cancel: exchanged everywhere, s and p give the same intensities (as E and H
-# do). The fault that can be seen, and is planted for the tests, exchanges them in what is reflected alone.
+# with rotations. Along a path these F cancel: exchanging s and p everywhere changes no intensity (like exchanging E and
+# H). The fault for the tests, which can be detected, exchanges them in reflection alone.
 EXCHANGE = np.array([1.0, -1.0, -1.0, 1.0])
 
 
 @dataclass
 class Rays:
-    """Rays of one depth: where from, where to, for which pixel, in which stone, with how much light.
+    """Rays of one depth: origins, directions, pixels, stones and throughputs.
 
     `row` is the first row of the path's Mueller matrix, (n × 4), or its throughput alone, (n × 1).
     """
@@ -39,24 +39,24 @@ class Rays:
     inside: np.ndarray
 
     def __getitem__(self, chosen):
-        """Some of them, by mask or slice."""
+        """A selection, by mask or slice."""
         parts = (self.pixel, self.origin, self.direction, self.row, self.inside)
         return Rays(*(part[chosen] for part in parts))
 
     def __len__(self):
-        """How many they are."""
+        """The number of rays."""
         return len(self.pixel)
 
 
 def joined(parts):
-    """Several lists of rays as one."""
+    """Concatenates lists of rays."""
     names = ("pixel", "origin", "direction", "row", "inside")
     return Rays(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 @dataclass(frozen=True)
 class Picture:
-    """Radiance by wavelength (λ × height × width), the pixels whose centre shows a stone, the light lost by leaks."""
+    """Radiance by wavelength (λ × height × width), the pixels whose centre shows a stone, and the light lost by leaks."""
 
     radiance: np.ndarray
     stone: np.ndarray
@@ -64,7 +64,7 @@ class Picture:
 
 
 def render(scene, exchanged=False):
-    """The whole scene, in the variant that is set. `exchanged` plants a fault: see `EXCHANGE`."""
+    """The whole scene, in the current variant. `exchanged` introduces a fault: see `EXCHANGE`."""
     planes, lost = [], 0.0
     for line in range(len(scene.wavelengths)):
         walk = Walk(scene, line, exchanged)
@@ -97,7 +97,7 @@ class Walk:
         return self.radiance
 
     def first(self):
-        """From the pixel centres, begun at the ball that holds the stones: single precision is spent there."""
+        """From the pixel centres, starting at the bounding sphere of the stones, for the sake of single precision."""
         origin, direction = self.scene.rays()
         reach = np.maximum(-(origin * direction).sum(axis=1) - 1.01 * self.scene.radius(), 0.0)
         origin = origin + reach[:, None] * direction
@@ -107,7 +107,7 @@ class Walk:
         return Rays(np.arange(count), origin, direction, row, np.full(count, AIR))
 
     def step(self, rays, depth):
-        """Follows rays to the next surface; returns those that go on from there."""
+        """Follows rays to the next surface; returns their continuations."""
         si, distance, number = self.next_surface(rays)
         met = number >= 0
         self.leave(rays[~met])
@@ -143,13 +143,13 @@ class Walk:
         return si, np.where(number >= 0, distance, 0.0), number
 
     def leave(self, rays):
-        """Rays that meet nothing see the light; from inside a stone they should not get there."""
+        """Rays without an intersection see the light; rays inside a stone must not be among them."""
         self.lost += rays.row[rays.inside != AIR, 0].sum()
         if len(rays):
             np.add.at(self.radiance, rays.pixel, rays.row[:, 0] * self.world.light(rays.direction))
 
     def child(self, rays, si, number, active, component):
-        """The rays that one component of the BSDF sends on (0 reflects, 1 transmits)."""
+        """The rays from one component of the BSDF (0 reflects, 1 transmits)."""
         context = mi.BSDFContext(mi.TransportMode.Radiance, mi.BSDFFlags.All, component)
         half = mi.Float(0.5)
         sample, weight = si.bsdf().sample(context, si, half, mi.Point2f(0.5, 0.5), mi.Bool(active))
@@ -160,7 +160,7 @@ class Walk:
         row = onwards(rays.row, weight, EXCHANGE if self.exchanged and component == 0 else np.ones(4))
         inside = rays.inside
         if component == 1:
-            # Radiance is n² times denser in a stone, and Mitsuba's weights say so; we follow a share of the energy.
+            # Radiance is n² times larger in a stone, and Mitsuba's weights include this; here rays carry energy.
             squeezed = self.index[number] ** 2
             row *= np.where(inside == AIR, squeezed, 1.0 / squeezed)[:, None]
             inside = np.where(inside == AIR, number, AIR)
@@ -173,7 +173,7 @@ class Walk:
 
 
 def onwards(row, weight, signs):
-    """The first row of the path's matrix, one event further from the eye; `signs` as in `EXCHANGE`."""
+    """The first row of the path's matrix after one more event; `signs` as in `EXCHANGE`."""
     if not mi.is_polarized:
         return row * np.array(weight[0], dtype=float)[:, None]
     matrix = [[np.array(weight[i, j][0], dtype=float) for j in range(4)] for i in range(4)]

@@ -1,4 +1,4 @@
-"""What the scenes are made of that no cut file gives: a light, a drilled bead, plates.
+"""The parts of the scenes that are not cut files: a light, a drilled bead, plates.
 
 Usage: stage.py FOLDER. Everything is computed, nothing drawn at random; the light is stored in half precision, so both
 renderers read the very same texels.
@@ -70,7 +70,7 @@ def box(width, depth, height):
 
 
 def write_ply(path, vertices, triangles):
-    """Little-endian PLY in single precision, so that nobody rounds when reading."""
+    """Little-endian PLY in single precision, so that readers do not round."""
     header = (
         "ply\nformat binary_little_endian 1.0\ncomment written by scripts/verify/stage.py\n"
         f"element vertex {len(vertices)}\nproperty float x\nproperty float y\nproperty float z\n"

@@ -1,4 +1,4 @@
-"""Mitsuba's ordinary path tracer on a scene, in independent passes; absorption by its homogeneous medium."""
+"""Mitsuba's path tracer on a scene, in independent passes; absorption by its homogeneous medium."""
 
 import tempfile
 
@@ -9,7 +9,7 @@ import world
 
 
 def describe(scene, line, folder):
-    """The scene with Mitsuba's own camera, a box filter and paths that are never cut short at random."""
+    """The scene with Mitsuba's own camera, a box filter and paths without Russian roulette."""
     parts = world.shapes(scene, line, folder)
     absorbing = False
     for part, stone in zip(parts.values(), scene.stones, strict=True):
@@ -21,7 +21,7 @@ def describe(scene, line, folder):
         "type": "scene",
         "integrator": {
             "type": "volpath" if absorbing else "path",
-            # One more: its depth counts segments, ours surfaces.
+            # One more, since its depth counts segments and ours surfaces.
             "max_depth": scene.max_depth + 1,
             "rr_depth": 10_000,
         },

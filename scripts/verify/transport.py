@@ -27,7 +27,7 @@ ORDER = (
     "diamond-grazing",
     "furnace",
 )
-# Mitsuba against itself, its eye moved by so much (mm): what rounding alone makes of facet edges.
+# Mitsuba against itself with its camera moved by this distance (mm): the effect of rounding at facet edges.
 NUDGE = 3e-6
 # With noise: scene, wavelength, polarised, our own samples a pixel (a square number: a grid).
 NOISY = (
@@ -47,7 +47,7 @@ PASSES, SAMPLES = 64, 64
 
 
 def say(*words):
-    """Progress, for whoever waits."""
+    """Prints progress."""
     print("verify:", *words, file=sys.stderr, flush=True)
 
 

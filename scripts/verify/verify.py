@@ -43,7 +43,7 @@ def measure(part, gemtrace, root):
     if part == "stochastic":
         return {"rows": transport.noisy(gemtrace)}
     if part == "colour":
-        import colours  # heavy, and of no use to the others
+        import colours  # Slow to load, and not needed for the others.
 
         return colours.compare(gemtrace)
     import dispersion

@@ -28,14 +28,14 @@ def light(texels):
     """Mitsuba's own `envmap` or `constant` emitter for grey texels."""
     if texels.size == 1:
         return {"type": "constant", "radiance": {"type": "uniform", "value": float(texels[0, 0])}}
-    # Mitsuba puts its first and last row at the poles, we put every row at the middle of its band. Rows between the
-    # rows make the two the same piecewise linear function.
+    # Mitsuba's first and last row are at the poles; ours are in the middle of their bands. With additional rows between
+    # ours, both are the same piecewise linear function.
     height, width = texels.shape
     rows = np.empty((2 * height + 1, width), np.float32)
     rows[1::2] = texels
     rows[2:-1:2] = (texels[1:] + texels[:-1]) / 2.0
     rows[0], rows[-1] = texels[0], texels[-1]
-    # Its y axis is up, and its image begins at −z.
+    # Its y axis is up, and its image starts at −z.
     turn = mi.ScalarTransform4f().rotate([1, 0, 0], 90)
     bitmap = mi.Bitmap(np.repeat(rows[:, :, None], 3, axis=2))
     return {"type": "envmap", "bitmap": bitmap, "to_world": turn}
@@ -50,7 +50,7 @@ def interface(stone, line):
 
 
 def shapes(scene, line, folder):
-    """Mitsuba's descriptions of all stones, flat triangles as they are; their files are written to `folder`."""
+    """Mitsuba's descriptions of all stones, with flat triangles; their files are written to `folder`."""
     found = {}
     for number, stone in enumerate(scene.stones):
         path = Path(folder) / f"{number}.ply"
@@ -61,7 +61,7 @@ def shapes(scene, line, folder):
 
 
 class World:
-    """The stones at one wavelength, for rays followed from here."""
+    """The stones at one wavelength, for rays traced here."""
 
     def __init__(self, scene, line):
         with tempfile.TemporaryDirectory() as folder:
@@ -85,7 +85,7 @@ class World:
         return si
 
     def number(self, si):
-        """Which stone each intersection is on; −1 for none."""
+        """The stone of each intersection; −1 for none."""
         number = np.full(dr.width(si), -1)
         for k, shape in enumerate(self.shapes):
             number[np.array(si.shape == mi.ShapePtr(shape))] = k

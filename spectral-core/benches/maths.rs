@@ -1,4 +1,4 @@
-//! What a surface, a curve and a colour cost: `cargo bench -p gemtrace-core --bench maths`.
+//! The time of surface events, curves and colours: `cargo bench -p gemtrace-core --bench maths`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use spectral_core::{
@@ -14,7 +14,7 @@ use spectral_core::{
 };
 use std::hint::black_box;
 
-/// How many of anything small are timed together.
+/// Repetitions of small operations that are timed together.
 const COUNT: u64 = 1000;
 
 /// Unit vectors spread over the sphere by the golden ratio.
@@ -33,8 +33,8 @@ fn grid(count: usize) -> WavelengthGrid {
     WavelengthGrid::midpoints([380.0, 740.0], count).expect("a valid grid")
 }
 
-/// One surface met from within a diamond, as transport does it: into the plane of incidence, Fresnel's
-/// equations, then both children.
+/// One surface event inside a diamond, as in transport: rotation into the plane of incidence, Fresnel's equations, and both
+/// children.
 fn event<T: Real>(direction: [T; 3], normal: [T; 3], eta: T) -> [StokesRow<T>; 2] {
     let aligned = align(direction, any_axis(direction), normal);
     let row = StokesRow::<T>::eye().rotated(aligned.cos2, aligned.sin2);
@@ -43,7 +43,7 @@ fn event<T: Real>(direction: [T; 3], normal: [T; 3], eta: T) -> [StokesRow<T>; 2
     [row.reflected(&fresnel), row.refracted(&fresnel)]
 }
 
-/// Keeps a result from being left out as unused.
+/// Keeps the compiler from removing an unused result.
 fn consume<T>(result: T) {
     black_box(result);
 }

@@ -1,4 +1,4 @@
-//! What it takes before the first ray, and where the last one ends: `cargo bench -p gemtrace-core --bench scene`.
+//! The time of preparing a scene and of evaluating environments: `cargo bench -p gemtrace-core --bench scene`.
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use glam::DVec3;
@@ -22,7 +22,7 @@ fn diamond() -> Scene {
     Scene::in_studio(vec![stone])
 }
 
-/// From planes to facets, and from a scene to what backends take.
+/// From planes to facets, and from a scene to a prepared scene.
 fn preparing(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("solid of a cut");
     for name in ShapeSpec::NAMES {
@@ -53,7 +53,7 @@ fn preparing(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Looking into the light, a thousand times.
+/// A thousand look-ups of the environment.
 fn looking(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("environment");
     group.throughput(Throughput::Elements(1000));

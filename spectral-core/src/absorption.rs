@@ -1,7 +1,7 @@
-//! Colour by absorption: how much light a millimetre of stone takes.
+//! Colour by absorption.
 //!
-//! Coefficients are Napierian and per millimetre: after a length ℓ the share exp(−αℓ) of the light is left
-//! (Lambert and Beer). Literature often has decadic absorbance or cm⁻¹: α = ln 10 · A/ℓ, and 1 cm⁻¹ = 0.1 mm⁻¹.
+//! Coefficients are Napierian and per millimetre: a length ℓ transmits exp(−αℓ) (Beer and Lambert). The literature often
+//! has decadic absorbance A or cm⁻¹: α = ln 10 · A/ℓ, and 1 cm⁻¹ = 0.1 mm⁻¹.
 //!
 //! ```
 //! use spectral_core::absorption::{Absorption, Term};
@@ -17,7 +17,7 @@
 use crate::Error;
 use crate::spectrum::Tabulated;
 
-/// One part of an absorption spectrum; parts add up. Peaks and constants are in 1/mm, none negative.
+/// One term of an absorption spectrum. Peaks and constants are in 1/mm and not negative.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Term {
     /// The same at every wavelength, 1/mm.
@@ -60,17 +60,15 @@ impl Term {
     }
 
     fn check(&self, what: &str) -> Result<(), Error> {
+        let valid = |name: &str, value: f64, valid: bool, expected: &str| match valid && value.is_finite() {
+            true => Ok(()),
+            false => Err(Error::value(format!("{what}.{name}"), value, expected)),
+        };
         let amount = |name: &str, value: f64| {
-            if value.is_finite() && value >= 0.0 {
-                return Ok(());
-            }
-            Err(Error::value(format!("{what}.{name}"), value, "give a finite number of at least 0, in 1/mm"))
+            valid(name, value, value >= 0.0, "give a finite number of at least 0, in 1/mm")
         };
         let width = |name: &str, value: f64, unit: &str| {
-            if value.is_finite() && value > 0.0 {
-                return Ok(());
-            }
-            Err(Error::value(format!("{what}.{name}"), value, format!("give a number above 0, in {unit}")))
+            valid(name, value, value > 0.0, &format!("give a number above 0, in {unit}"))
         };
         match self {
             Term::Constant(value) => amount("constant", *value),
@@ -105,7 +103,7 @@ pub struct Absorption {
 }
 
 impl Absorption {
-    /// The sum of `terms`; none at all is a colourless stone.
+    /// The sum of `terms`; without terms a colourless stone.
     ///
     /// # Errors
     /// [`Error::Value`] naming the first term that is negative, not finite or has no width.
@@ -116,12 +114,12 @@ impl Absorption {
         Ok(Absorption { terms })
     }
 
-    /// The parts.
+    /// The terms.
     pub fn terms(&self) -> &[Term] {
         &self.terms
     }
 
-    /// Whether nothing is absorbed at any wavelength because there are no terms.
+    /// Whether there are no terms, so that nothing is absorbed.
     pub fn is_none(&self) -> bool {
         self.terms.is_empty()
     }
@@ -132,7 +130,7 @@ impl Absorption {
         self.terms.iter().fold(0.0, |sum, term| sum + term.coefficient(nm))
     }
 
-    /// The share of light left after `length_mm`: exp(−αℓ).
+    /// The share of light transmitted through `length_mm`: exp(−αℓ).
     pub fn transmittance(&self, nm: f64, length_mm: f64) -> f64 {
         (-self.coefficient(nm) * length_mm).exp()
     }

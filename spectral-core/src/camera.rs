@@ -1,9 +1,9 @@
-//! The eye: perspective or orthographic, in a right-handed world of millimetres.
+//! The camera: perspective or orthographic, in a right-handed world in millimetres.
 
 use crate::Error;
 use glam::DVec3;
 
-/// How the camera's rays spread.
+/// The projection of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
     /// Rays from one point.
@@ -25,9 +25,9 @@ pub struct Camera {
     pub position: DVec3,
     /// A point on the image's centre line, mm.
     pub look_at: DVec3,
-    /// A direction that appears upright in the picture; any length, not along the view.
+    /// A direction that is upright in the picture; of any length, not along the view.
     pub up: DVec3,
-    /// How rays spread.
+    /// The projection.
     pub projection: Projection,
 }
 
@@ -40,7 +40,7 @@ pub struct CameraRay {
     pub direction: DVec3,
 }
 
-/// A camera made ready for an image of a certain size.
+/// A camera prepared for an image size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
     origin: DVec3,
@@ -80,7 +80,7 @@ impl Camera {
     /// The camera's rays for an image of `width` × `height` pixels.
     ///
     /// # Errors
-    /// [`Error::Value`] where the view direction or the image's extent is undefined.
+    /// [`Error::Value`] if the view direction or the extent of the image is undefined.
     pub fn view(&self, width: u32, height: u32) -> Result<View, Error> {
         for (what, v) in
             [("camera.position", self.position), ("camera.look_at", self.look_at), ("camera.up", self.up)]
@@ -135,7 +135,7 @@ impl View {
         CameraRay { origin: self.origin, direction: (self.forward + across).normalize() }
     }
 
-    /// The point that all rays leave from, or `None` for parallel rays.
+    /// The common origin of all rays, or `None` for parallel rays.
     pub fn eye(&self) -> Option<DVec3> {
         (!self.parallel).then_some(self.origin)
     }

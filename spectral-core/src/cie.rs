@@ -1,16 +1,16 @@
 //! The CIE 1931 2° standard observer and the illuminants.
 //!
-//! The eye enters through three colour-matching functions, x̄, ȳ and z̄: light of spectral radiance L(λ) has
-//! the tristimulus values X = ∫ x̄ L dλ, Y = ∫ ȳ L dλ (luminance) and Z = ∫ z̄ L dλ. Illuminants are relative
-//! spectra; here each is scaled so that it is exactly as bright as the flat spectrum 1,
+//! The eye is described by three colour-matching functions, x̄, ȳ and z̄: light of spectral radiance L(λ) has the
+//! tristimulus values X = ∫ x̄ L dλ, Y = ∫ ȳ L dλ (luminance) and Z = ∫ z̄ L dλ. Illuminants are relative spectra. Here each
+//! is scaled to the luminance of the flat spectrum 1,
 //!
 //! > Σ ȳ(λ) I(λ) = Σ ȳ(λ)  over λ = 380, 381, …, 780 nm,
 //!
-//! hence E is 1 everywhere, and swapping the illuminant of a picture keeps its exposure.
+//! so E is 1 everywhere, and another illuminant does not change the exposure of a picture.
 //!
-//! Tables: CIE 1931 colour-matching functions, 2° observer (DOI 10.25039/CIE.DS.xvudnb9b), and CIE standard
-//! illuminant D65 (DOI 10.25039/CIE.DS.hjfjmt59), both at 1 nm, CC BY-SA 4.0, kept in `data/cie`. Between
-//! their points they are joined by lines, as the CIE prescribes.
+//! Tables: CIE 1931 colour-matching functions, 2° observer (DOI 10.25039/CIE.DS.xvudnb9b), and CIE standard illuminant D65
+//! (DOI 10.25039/CIE.DS.hjfjmt59), both at 1 nm, CC BY-SA 4.0, in `data/cie`. They are interpolated linearly, as the CIE
+//! prescribes.
 
 use std::sync::LazyLock;
 
@@ -18,7 +18,7 @@ use crate::Error;
 use crate::spectrum::{Ends, Tabulated, columns};
 use crate::wavelength::WavelengthGrid;
 
-/// First and last wavelength (nm) of the sum that sets an illuminant's scale, taken every nanometre.
+/// First and last wavelength (nm) of the sum that determines an illuminant's scale, in steps of 1 nm.
 const SCALE_RANGE: [u16; 2] = [380, 780];
 
 /// The embedded CIE tables.
@@ -40,7 +40,7 @@ static TABLES: LazyLock<Tables> = LazyLock::new(|| {
     Tables { matching, d65: d65.scaled(scale) }
 });
 
-/// The scale of [`planck_2848`] that makes illuminant A as luminous as the flat spectrum.
+/// The scale that gives illuminant A the luminance of the flat spectrum.
 static A_SCALE: LazyLock<f64> = LazyLock::new(|| equal_luminance_scale(&TABLES.matching[1], planck_2848));
 
 /// The columns of an embedded table.
@@ -98,7 +98,7 @@ pub enum Illuminant {
 pub struct MeasuredLight(Tabulated);
 
 impl Illuminant {
-    /// The illuminants that have names.
+    /// The names of illuminants.
     pub const NAMES: [&'static str; 3] = ["D65", "A", "E"];
 
     /// The illuminant of a name, in either case.
@@ -114,10 +114,10 @@ impl Illuminant {
         }
     }
 
-    /// A measured light: relative spectral power on any scale, which is then set as for the others.
+    /// A measured light: relative spectral power on any scale, which is then normalised like the others.
     ///
     /// # Errors
-    /// [`Error::Value`] for a negative entry, or if the light has no luminance.
+    /// [`Error::Value`] for a negative entry or a light without luminance.
     pub fn table(light: Tabulated) -> Result<Self, Error> {
         if let Some((nm, value)) = light.nm().iter().zip(light.values()).find(|(_, value)| **value < 0.0) {
             return Err(Error::value(format!("illuminant at {nm} nm"), value, "a light cannot be negative"));
@@ -132,7 +132,7 @@ impl Illuminant {
 
     /// The relative spectral radiance at a wavelength in nm, scaled so that Σȳ·I = Σȳ.
     ///
-    /// Outside its table (300–830 nm) D65 keeps the end's value, so it is positive everywhere.
+    /// Outside its table (300–830 nm) D65 has the value of the nearer end, so it is positive everywhere.
     pub fn at(&self, nm: f64) -> f64 {
         match self {
             Illuminant::D65 => TABLES.d65.at(nm),

@@ -1,14 +1,14 @@
-//! Tristimulus values and RGB: colour spaces from their primaries, the sensor of a grid, colour differences.
+//! Tristimulus values and RGB: colour spaces from their primaries, the response of a grid, colour differences.
 //!
-//! An RGB space is three primaries and a white. With the primaries' chromaticities as the columns of P
-//! (each (x/y, 1, z/y)), the matrix that takes linear RGB to XYZ is the one whose columns are the primaries,
-//! each as strong as it takes for (1, 1, 1) to be the white w:
+//! An RGB space consists of three primaries and a white. Let the columns of P be the chromaticities of the primaries,
+//! (x/y, 1, z/y) each. The columns of the matrix from linear RGB to XYZ are the primaries, scaled so that (1, 1, 1) gives
+//! the white w:
 //!
 //! > M(w) = P·diag(P⁻¹·w).
 //!
-//! XYZ here is always relative to D65, the white of sRGB, P3 and Rec. 2020. ACEScg has a white of its own, so
-//! its matrix is followed by a Bradford adaptation, which takes one white to the other by scaling cone-like
-//! responses: A = B⁻¹·diag(B·w_D65 / B·w)·B (Lam 1985; the matrix B as in ICC.1:2022, annex E).
+//! XYZ here is always relative to D65, the white of sRGB, P3 and Rec. 2020. ACEScg has another white, so its matrix is
+//! followed by a Bradford adaptation, which maps one white to the other by scaling cone-like responses: A =
+//! B⁻¹·diag(B·w_D65 / B·w)·B (Lam 1985; B as in ICC.1:2022, annex E).
 //!
 //! ```
 //! use spectral_core::color::{RgbSpace, matrix::apply};
@@ -151,7 +151,7 @@ pub fn rgb_to_xyz(primaries: [[f64; 2]; 3], white: [f64; 3]) -> Result<Matrix, E
     Ok(transpose(&scale_rows(weights, &primaries.map(xyz_of_unit_sum))))
 }
 
-/// The matrix that adapts XYZ from one white to another by Bradford's cone responses (whites as [X, Y, Z]).
+/// The Bradford adaptation of XYZ from one white to another (as [X, Y, Z]).
 ///
 /// # Errors
 /// [`Error::Value`] if a cone response of the `from` white is zero.
@@ -167,7 +167,7 @@ pub fn bradford(from: [f64; 3], to: [f64; 3]) -> Result<Matrix, Error> {
 
 /// The sRGB transfer function: a linear component to the encoded one, 0–1 to 0–1 (IEC 61966-2-1).
 ///
-/// Odd about zero, as extended-range sRGB has it, so that out-of-gamut values survive a round trip.
+/// It is odd, as in extended-range sRGB, so values outside the gamut survive a round trip.
 ///
 /// ```
 /// use spectral_core::color::{srgb_decode, srgb_encode};
@@ -187,7 +187,7 @@ pub fn srgb_decode(encoded: f64) -> f64 {
     linear.copysign(encoded)
 }
 
-/// How strong each primary must be for their sum to be `white`: P⁻¹w, in units of x + y + z = 1.
+/// The factors of the primaries whose sum is `white`: P⁻¹w, in units of x + y + z = 1.
 fn primary_weights(primaries: [[f64; 2]; 3], white: [f64; 3]) -> Option<[f64; 3]> {
     let columns = transpose(&primaries.map(xyz_of_unit_sum));
     Some(apply(&inverse(&columns)?, white))
@@ -207,7 +207,7 @@ fn singular(primaries: [[f64; 2]; 3]) -> Error {
     Error::value("RGB primaries", format!("{primaries:?}"), "they must span a triangle")
 }
 
-/// The matrix of one of the spaces above, whose constants are known to be sound.
+/// The matrix of a built-in space, whose constants are valid.
 fn builtin(matrix: Result<Matrix, Error>) -> Matrix {
     matrix.expect("the primaries of the built-in spaces span triangles")
 }

@@ -1,7 +1,7 @@
-//! Cuts: stones as a faceter describes them, one plane a facet.
+//! Cuts: stones as a faceter describes them, with one plane for each facet.
 //!
-//! A cut is the intersection of its facets' half-spaces. [`Cut::solid`] finds that solid's vertices and edges and keeps
-//! each facet's plane exactly as designed; [`Proportions`] measures it.
+//! A cut is the intersection of the half-spaces of its facets. [`Cut::solid`] computes vertices and edges and keeps each
+//! plane exactly as designed; [`Proportions`] measures the stone.
 
 use crate::{Error, Warning, mesh::Mesh, mesh::Plane};
 
@@ -14,11 +14,11 @@ pub use proportion::Proportions;
 /// One facet of a [`Cut`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CutFacet {
-    /// Where it is cut; the stone lies behind it.
+    /// Its plane; the stone lies behind it.
     pub plane: Plane,
-    /// The designer's name for its tier or for itself (`"C1"`, `"table"`).
+    /// Its name, or that of its tier (`"C1"`, `"table"`).
     pub name: Option<String>,
-    /// What the faceter is told (`"Meet C1-G"`).
+    /// The instructions for the faceter (`"Meet C1-G"`).
     pub instructions: Option<String>,
 }
 
@@ -44,27 +44,27 @@ pub struct Cut {
     pub title: Vec<String>,
     /// Closing remarks.
     pub footnotes: Vec<String>,
-    /// Teeth of the index gear, negative where it counts clockwise; for information.
+    /// Teeth of the index gear, negative if it counts clockwise; for information.
     pub gear: Option<i32>,
-    /// The index of refraction the design was made for; for information.
+    /// The index of refraction of the design; for information.
     pub index_of_refraction: Option<f64>,
 }
 
 impl Cut {
-    /// The most facets a cut may have. The largest published designs have about a thousand.
+    /// The largest number of facets. The largest published designs have about a thousand.
     pub const MAX_FACETS: usize = 10_000;
 
-    /// The convex solid behind all facets, with one facet of the mesh for each facet of the cut that touches it, in the
-    /// cut's order and with the cut's own plane.
+    /// The convex solid behind all facets. Its mesh has one facet for each facet of the cut that touches it, in the order of
+    /// the cut and with the same plane.
     ///
-    /// Published designs close only approximately: three facets meant to meet in a point leave an edge of 1e-7 or 1e-3
-    /// of the stone. Edges shorter than 1e-6 of the stone's radius are contracted, so vertices lie within that of the
-    /// planes and, where exactly three facets meet, at their exact meet; longer edges are kept as designed. Facets that
-    /// do not touch the solid, or repeat another, are left out and reported.
+    /// In published designs, facets meet only approximately: four facets that should meet in a point leave an edge of 1e-7
+    /// or 1e-3 of the stone. Edges shorter than 1e-6 of the radius are contracted, so vertices lie within this distance of
+    /// the planes; a vertex of exactly three facets is at their intersection. Longer edges are kept. Facets that do not
+    /// touch the solid, or repeat another, are omitted and reported.
     ///
     /// # Errors
-    /// [`Error::Value`] for a plane that is not finite or too many facets; [`Error::Solid`] where the facets leave the
-    /// solid unbounded (the direction is named) or empty.
+    /// [`Error::Value`] for a plane that is not finite or too many facets; [`Error::Solid`] if the solid is unbounded (with
+    /// the direction) or empty.
     ///
     /// ```
     /// use spectral_core::{cut::{Cut, CutFacet}, mesh::Plane};

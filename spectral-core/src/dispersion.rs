@@ -1,13 +1,12 @@
-//! How the refractive index depends on wavelength.
+//! The dependence of the refractive index on wavelength.
 //!
-//! Wavelengths are nanometres in vacuum in every signature; the coefficients of the formulas are, as in the
-//! literature, for micrometres. A transparent stone's index falls with wavelength (normal dispersion), and
-//! [`Dispersion::check`] holds every model to that over the range it is to be used on: a bad fit shows
-//! exactly there.
+//! Wavelengths are nanometres in vacuum in every signature; the coefficients of the formulas are for micrometres, as in the
+//! literature. The index of a transparent stone falls with wavelength (normal dispersion). [`Dispersion::check`] verifies
+//! this over the range of use, which detects bad fits.
 //!
 //! ```
 //! use spectral_core::dispersion::{Dispersion, fraunhofer};
-//! // Diamond from three lines of a refractometer's table.
+//! // Diamond from measurements at three lines.
 //! let lines = [[fraunhofer::B, 2.40728], [fraunhofer::D, 2.41726], [fraunhofer::G, 2.45173]];
 //! let (diamond, warnings) = Dispersion::fit(&lines)?;
 //! assert!(warnings.is_empty());
@@ -23,7 +22,7 @@ pub mod fraunhofer;
 use crate::spectrum::Tabulated;
 use crate::{Error, Warning};
 
-/// No transparent substance has an index this large in the visible: beyond it units are mixed up.
+/// No transparent substance has a larger index in the visible; larger values indicate wrong units.
 const LARGEST_INDEX: f64 = 10.0;
 
 /// A model of the refractive index n(λ).
@@ -37,7 +36,7 @@ pub enum Dispersion {
     Cauchy(Vec<f64>),
     /// Sellmeier's equation: n² = 1 + A₀ + Σ bᵢλ²/(λ² − cᵢ), λ in µm, cᵢ in µm² (squares of resonances).
     Sellmeier {
-        /// A₀, what far resonances add; 0 in the textbook form.
+        /// A₀, the contribution of distant resonances; 0 in the textbook form.
         a0: f64,
         /// [bᵢ, cᵢ] for each resonance.
         terms: Vec<[f64; 2]>,
@@ -55,14 +54,14 @@ pub enum Dispersion {
         /// N = λ² rather than 1.
         squared_numerator: bool,
     },
-    /// Measured indices joined by straight lines; beyond its ends the table keeps its last value.
+    /// Measured indices, linearly interpolated; the ends extend.
     Table(Tabulated),
 }
 
 impl Dispersion {
     /// The index at a wavelength in nm.
     ///
-    /// Not a number where the model has no real index; [`check`](Self::check) finds such places.
+    /// NaN if the model has no real index there; [`check`](Self::check) finds such wavelengths.
     pub fn index(&self, nm: f64) -> f64 {
         let square = um2(nm);
         match self {
@@ -80,7 +79,7 @@ impl Dispersion {
         }
     }
 
-    /// dn/dλ in 1/nm, from the formula's own derivative; for a table the slope of the segment.
+    /// dn/dλ in 1/nm, the derivative of the formula; for a table the slope of the segment.
     pub fn slope(&self, nm: f64) -> f64 {
         // With s = λ² in µm²: dn/dλ = (dn/ds)(ds/dλ), and ds/dλ = 2λ·10⁻³ µm²/nm.
         let s = um2(nm);
@@ -105,29 +104,29 @@ impl Dispersion {
         by_s * 2.0 * nm * 1e-6
     }
 
-    /// The Abbe number V_d = (n_d − 1)/(n_F − n_C): large for weak dispersion.
+    /// The Abbe number V_d = (n_d − 1)/(n_F − n_C); large for weak dispersion.
     pub fn abbe_number(&self) -> f64 {
         (self.index(fraunhofer::LOWER_D) - 1.0) / self.dispersion_cf()
     }
 
-    /// What gemmologists call dispersion: n_G − n_B (0.044 for diamond).
+    /// The dispersion of gemmologists: n_G − n_B (0.044 for diamond).
     pub fn dispersion_bg(&self) -> f64 {
         self.index(fraunhofer::G) - self.index(fraunhofer::B)
     }
 
-    /// What opticians call dispersion: n_F − n_C (0.025 for diamond).
+    /// The dispersion of opticians: n_F − n_C (0.025 for diamond).
     pub fn dispersion_cf(&self) -> f64 {
         self.index(fraunhofer::F) - self.index(fraunhofer::C)
     }
 
-    /// Checks the model over the wavelengths (nm) it is to be used on.
+    /// Checks the model over the wavelengths (nm) of use.
     ///
-    /// Returns what is worth knowing: a table that ends inside the range or whose index rises somewhere.
+    /// Warns of a table that ends inside the range or rises somewhere.
     ///
     /// # Errors
-    /// [`Error::Value`] for a coefficient that is not finite, a resonance inside the range, and anywhere in
-    /// the range an index of at most 1 (under 1 for a constant), one beyond every known substance, or, but
-    /// for tables and constants, one that does not fall with wavelength.
+    /// [`Error::Value`] for a coefficient that is not finite, a resonance inside the range, or, anywhere in the range, an
+    /// index that is at most 1 (below 1 for a constant), larger than that of any substance, or not falling with wavelength
+    /// (except for tables and constants).
     pub fn check(&self, range: [f64; 2]) -> Result<Vec<Warning>, Error> {
         self.check_coefficients()?;
         self.check_resonances(range)?;
@@ -155,7 +154,7 @@ impl Dispersion {
         Ok(Vec::new())
     }
 
-    /// Whether the formula has no wavelength in it.
+    /// Whether the index does not depend on the wavelength.
     fn is_constant(&self) -> bool {
         match self {
             Dispersion::Constant(_) => true,

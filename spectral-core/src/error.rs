@@ -1,10 +1,10 @@
 //! The one error type of this crate.
 
-/// What a caller of this crate can get wrong, told so that a person can put it right.
+/// An error of the caller, with a message from which a person can correct it.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A figure outside what is physically or practically possible.
+    /// A value outside the valid range.
     #[error("{what}: {value} is not valid; {expected}")]
     Value {
         /// The quantity, as the caller knows it (`"fov"`, `"measured[2]"`).
@@ -14,14 +14,14 @@ pub enum Error {
         /// What would be valid.
         expected: String,
     },
-    /// A name that is in no catalogue.
+    /// An unknown name.
     #[error("unknown {kind} '{name}'{}", hint(.nearest, .valid))]
     Unknown {
         /// What was looked up (`"material"`, `"shape"`, `"illuminant"`).
         kind: &'static str,
         /// The name given.
         name: String,
-        /// The nearest valid name, if one is near enough to be meant.
+        /// The nearest valid name, if one is similar.
         nearest: Option<String>,
         /// Every valid name.
         valid: Vec<String>,
@@ -31,12 +31,12 @@ pub enum Error {
     Data {
         /// The file or table.
         what: String,
-        /// 1-based line; 0 where the whole is meant.
+        /// 1-based line; 0 for the whole.
         line: usize,
-        /// What is wrong and what would be right.
+        /// What is wrong and what would be valid.
         message: String,
     },
-    /// A device that failed at its work, through no fault of the scene.
+    /// A device that failed, not because of the scene.
     #[error("{device}: {message}")]
     Device {
         /// The device's name.
@@ -44,12 +44,12 @@ pub enum Error {
         /// What happened.
         message: String,
     },
-    /// A surface or a set of planes that bounds no solid.
+    /// A surface or a set of planes that does not bound a solid.
     #[error("{message}")]
     Solid {
-        /// What is wrong, where, and what would be right.
+        /// What is wrong, where, and what would be valid.
         message: String,
-        /// A point at the fault, in the units of the input; `None` where the whole is at fault.
+        /// A point at the fault, in the units of the input; `None` if it concerns the whole.
         place: Option<[f64; 3]>,
     },
 }
@@ -72,7 +72,7 @@ impl Error {
     }
 }
 
-/// The candidate that `name` is most likely a misspelling of, or `None` if none is near.
+/// The candidate most similar to `name`, or `None` if none is similar.
 ///
 /// ```
 /// assert_eq!(spectral_core::nearest_name("saphire", ["ruby", "sapphire"]), Some("sapphire"));

@@ -1,4 +1,4 @@
-//! The picture as it grows: CIE XYZ, coverage and, if asked for, the radiance of every wavelength.
+//! The accumulating picture: CIE XYZ, coverage and, on request, the radiance at every wavelength.
 
 mod agreement;
 mod convergence;
@@ -16,11 +16,11 @@ use std::ops::Range;
 pub struct PixelSample {
     /// CIE XYZ, relative: an environment of (1, 1, 1) under D65 has Y = 1.
     pub xyz: [f32; 3],
-    /// 1 where the primary ray meets a stone, else 0; the film's mean is the pixel's coverage.
+    /// 1 if the primary ray meets a stone, else 0; the mean is the coverage of the pixel.
     pub coverage: f32,
 }
 
-/// A rectangle of pixels, for handing out work.
+/// A rectangle of pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Tile {
     /// Left column.
@@ -33,35 +33,35 @@ pub struct Tile {
     pub height: u32,
 }
 
-/// Samples that a rectangle of pixels lacks, the same for all of them: a piece of work.
+/// Samples missing in all pixels of a rectangle.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Missing {
-    /// Where in the film.
+    /// The rectangle.
     pub tile: Tile,
-    /// Which samples; never empty.
+    /// The samples; never empty.
     pub samples: Range<u32>,
 }
 
 impl Missing {
-    /// Pixel samples in all.
+    /// The number of pixel samples.
     pub fn count(&self) -> u64 {
         u64::from(self.tile.width) * u64::from(self.tile.height) * self.samples.len() as u64
     }
 }
 
-/// The sums of some samples over a tile, row by row; what a worker hands back.
+/// The samples of a tile, row by row: the result of a worker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TileSums {
-    /// Where in the film.
+    /// The rectangle.
     pub tile: Tile,
-    /// Samples of every pixel of the tile, pixel by pixel, each pixel's samples in order.
+    /// The samples of every pixel of the tile, pixel by pixel in order.
     pub samples: Vec<PixelSample>,
-    /// Radiance, if the film keeps it: for each entry of `samples`, one value a wavelength.
+    /// Radiance, if the film keeps it: one value a wavelength for each entry of `samples`.
     pub radiance: Vec<f32>,
 }
 
-/// Accumulates pixel samples. Sums run in sample order, so the same samples give the same bits however
-/// they were split into tiles and calls.
+/// Accumulates pixel samples. Sums are in sample order, so the same samples give the same bits for any division into tiles
+/// and calls.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Film {
     width: u32,
@@ -75,9 +75,9 @@ pub struct Film {
 }
 
 impl Film {
-    /// The longest edge accepted, pixels.
+    /// The longest edge, pixels.
     pub const MAX_EDGE: u32 = 65_536;
-    /// The most memory that a film may take, bytes (16 GiB).
+    /// The largest memory of a film, bytes (16 GiB).
     pub const MAX_BYTES: u64 = 16 << 30;
 
     /// An empty film for a prepared scene.
@@ -86,7 +86,7 @@ impl Film {
         Film::empty(scene.width, scene.height, wavelengths)
     }
 
-    /// An empty film of a size, for sums from elsewhere; `wavelengths` is 0 unless it is spectral.
+    /// An empty film of a size, for example for sums from a file; `wavelengths` is 0 unless it is spectral.
     ///
     /// # Errors
     /// As [`Film::check_size`].
@@ -109,7 +109,7 @@ impl Film {
         }
     }
 
-    /// Refuses a size that is zero or absurd, naming the memory it would need.
+    /// Refuses a size that is zero or too large, with the memory needed.
     ///
     /// # Errors
     /// [`Error::Value`].
@@ -131,7 +131,7 @@ impl Film {
         Ok(())
     }
 
-    /// The memory that a film takes, bytes.
+    /// The memory of a film, bytes.
     pub fn bytes(width: u32, height: u32, wavelengths: usize) -> u128 {
         u128::from(width) * u128::from(height) * (32 + 4 * wavelengths as u128)
     }
@@ -146,23 +146,22 @@ impl Film {
         self.height
     }
 
-    /// Wavelengths kept a pixel; 0 unless the render is spectral.
+    /// Wavelengths kept for each pixel; 0 unless the film is spectral.
     pub fn wavelength_count(&self) -> usize {
         self.wavelengths
     }
 
-    /// All of it.
+    /// The whole film.
     pub fn tile(&self) -> Tile {
         Tile { x: 0, y: 0, width: self.width, height: self.height }
     }
 
-    /// What the pixels of a tile lack of `samples`, cut into rectangles of pixels that lack the same: those that are
-    /// not yet there, of a pixel with k samples from k on. Nothing for pixels that have them all or are
-    /// [settled](Film::settle), and one rectangle where all have equally many, which is the rule: others come of a
-    /// call that was broken off, or of settled neighbours. Panics for a tile that reaches outside the film.
+    /// The missing ones of `samples` in a tile, as rectangles of pixels that lack the same samples. A pixel with k samples
+    /// lacks those from k on; a [settled](Film::settle) pixel lacks none. Usually all pixels have the same number of samples,
+    /// and there is one rectangle. Cancelled calls and settled blocks lead to several. Panics for a tile outside the film.
     pub fn missing(&self, tile: Tile, samples: &Range<u32>) -> Vec<Missing> {
         let mut found: Vec<Missing> = Vec::new();
-        // The rectangles that reach the row before.
+        // The rectangles that extend to the previous row.
         let mut band = 0..0;
         for y in tile.y..tile.y + tile.height {
             let row = self.missing_in_row(Tile { y, height: 1, ..tile }, samples);
@@ -215,11 +214,8 @@ impl Film {
             || count * pixels != sums.samples.len()
             || sums.radiance.len() != sums.samples.len() * self.wavelengths
         {
-            return Err(Error::value(
-                "tile",
-                format!("{t:?}"),
-                "a tile of this film, with as many wavelengths",
-            ));
+            let expected = "a tile of this film, with as many wavelengths";
+            return Err(Error::value("tile", format!("{t:?}"), expected));
         }
         for (k, samples) in sums.samples.chunks_exact(count.max(1)).enumerate() {
             let (dx, dy) = (k as u32 % t.width, k as u32 / t.width);
@@ -230,8 +226,8 @@ impl Film {
         Ok(())
     }
 
-    // What has never been written is not read either: the system would first show a page of zeros and then, at the write,
-    // take it from the sight of every thread.
+    // The first samples are stored without reading the sums. Reading a fresh page would map the shared zero page, and the
+    // write would then have to replace this mapping in every thread.
     fn add_pixel(&mut self, pixel: usize, samples: &[PixelSample], radiance: &[f32]) {
         let fresh = self.samples[pixel] == 0;
         let (mut xyz, mut coverage) =
@@ -257,7 +253,7 @@ impl Film {
         y as usize * self.width as usize + x as usize
     }
 
-    /// Samples that a pixel has; (0, 0) is top left. Panics outside the film.
+    /// The number of samples of a pixel; (0, 0) is top left. Panics outside the film.
     pub fn samples(&self, x: u32, y: u32) -> u32 {
         self.samples[self.index(x, y)]
     }
@@ -267,32 +263,32 @@ impl Film {
         self.missing(self.tile(), &(0..samples)).is_empty()
     }
 
-    /// Samples of all pixels together.
+    /// The number of samples of all pixels together.
     pub fn total_samples(&self) -> u64 {
         self.samples.iter().map(|&n| u64::from(n)).sum()
     }
 
-    /// Settles blocks of [`BLOCK`] × [`BLOCK`] pixels that need no more than the `samples` samples they have:
-    /// [`missing`](Film::missing) leaves them out from then on. A block is settled once the colours of its pixels
-    /// differ from those at the last judgement by at most `tolerance`, ΔE00 in the root mean square; so the first
-    /// judgement settles nothing. With three times the samples each time, what remains is less than what it differed
-    /// by. It depends on the block's own samples alone, so it does not matter who renders its neighbours.
+    /// Settles blocks of [`BLOCK`] × [`BLOCK`] pixels that need no more than `samples` samples:
+    /// [`missing`](Film::missing) then omits them. A block is settled if the colours of its pixels differ from those at the
+    /// last check by at most `tolerance`, ΔE00 in the root mean square; so the first check settles nothing. If each check
+    /// has three times the samples of the last, the remaining error is below this difference. The decision depends on the
+    /// samples of the block alone, so it does not matter which machine renders its neighbours.
     ///
-    /// To be called when the film has come to `samples`; one that was judged there, or further, is left as it is, so
-    /// that a render that is carried on decides as it did before.
+    /// Must be called when the film has reached `samples`. A film that was checked there or later does not change, so a
+    /// continued render decides as before.
     pub fn settle(&mut self, samples: u32, tolerance: f64) {
         let Film { xyz, samples: counts, convergence, .. } = self;
         convergence.settle(samples, tolerance, |i| xyz[i].map(|v| v * inverse(counts[i])));
     }
 
-    /// Mean CIE XYZ of a pixel; 0 where it has no sample. Panics outside the film.
+    /// Mean CIE XYZ of a pixel; 0 without samples. Panics outside the film.
     pub fn xyz(&self, x: u32, y: u32) -> [f32; 3] {
         let i = self.index(x, y);
         let scale = inverse(self.samples[i]);
         self.xyz[i].map(|v| v * scale)
     }
 
-    /// The share of a pixel's samples that met a stone. Panics outside the film.
+    /// The share of a pixel's samples that meet a stone. Panics outside the film.
     pub fn coverage(&self, x: u32, y: u32) -> f32 {
         let i = self.index(x, y);
         self.coverage[i] * inverse(self.samples[i])
@@ -306,8 +302,8 @@ impl Film {
         self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths].iter().map(|v| v * scale).collect()
     }
 
-    /// All pixels in a colour space, row by row: linear, unclamped (negative values are real colours
-    /// outside the space), coverage as the fourth channel.
+    /// All pixels in a colour space, row by row: linear, with negative components for colours outside the space, and coverage
+    /// as the fourth channel.
     pub fn to_space(&self, space: RgbSpace) -> Vec<[f32; 4]> {
         let matrix = space.from_xyz();
         (0..self.xyz.len())
@@ -341,7 +337,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_film_lacks_one_rectangle() {
+    fn a_uniform_film_lacks_one_rectangle() {
         let mut film = film(7, 5);
         assert_eq!(film.missing(film.tile(), &(0..4)), [Missing { tile: film.tile(), samples: 0..4 }]);
         add(&mut film, [0, 0, 7, 5], 3);
@@ -351,17 +347,10 @@ mod tests {
     }
 
     #[test]
-    fn every_pixel_is_completed_once_whatever_was_there() {
+    fn every_pixel_is_completed_once() {
         let mut film = film(23, 17);
-        for (tile, count) in [
-            ([0, 0, 23, 4], 2),
-            ([3, 2, 9, 9], 1),
-            ([20, 10, 3, 7], 5),
-            ([0, 16, 1, 1], 9),
-            ([5, 5, 1, 1], 2),
-        ] {
-            add(&mut film, tile, count);
-        }
+        let tiles = [[0, 0, 23, 4], [3, 2, 9, 9], [20, 10, 3, 7], [0, 16, 1, 1], [5, 5, 1, 1]];
+        tiles.into_iter().zip([2, 1, 5, 9, 2]).for_each(|(tile, count)| add(&mut film, tile, count));
         let before = film.samples.clone();
         let tile = Tile { x: 1, y: 1, width: 21, height: 16 };
         let missing = film.missing(tile, &(1..6));
@@ -377,7 +366,7 @@ mod tests {
         for (i, (&before, &after)) in before.iter().zip(&film.samples).enumerate() {
             let (x, y) = (i as u32 % 23, i as u32 / 23);
             let inside = (1..22).contains(&x) && (1..17).contains(&y);
-            // Samples that come before those asked for are not made up for.
+            // Samples before the requested ones are not added.
             let wanted = if inside && before < 6 { before + 6 - before.max(1) } else { before };
             assert_eq!(after, wanted, "{x}, {y}");
         }

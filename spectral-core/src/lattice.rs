@@ -1,32 +1,32 @@
-//! Samples of pixels that may stop at different numbers of them: an extensible lattice in three dimensions.
+//! Pixel samples, as an extensible lattice in three dimensions: pixels may stop at different numbers of samples.
 //!
-//! What a pixel shows is an integral over its area and over the places of the wavelengths in their cells. Its integrand
-//! jumps where a ray passes from one facet to the next, and dispersion moves these edges with the wavelength: they are
-//! surfaces in x, y and wavelength, of any slope. So samples should lie evenly in all three at once, seen from any side.
+//! The colour of a pixel is an integral over its area and over the positions of the wavelengths in their cells. The
+//! integrand jumps where rays pass from one facet to the next, and dispersion moves these edges with the wavelength. So the
+//! jumps are surfaces of any slope in x, y and wavelength, and samples should be evenly distributed in all three together.
 //!
 //! The points are an extensible lattice sequence (Hickernell, Hong, L'Ecuyer & Lemieux 2001, "Extensible lattice sequences
 //! for quasi-Monte Carlo quadrature"): point i is the centre plus φ₃(i)·g, modulo 1, with van der Corput's radical inverse
-//! φ₃ in base 3 and a vector g of whole numbers. Its first 3ᵏ points are the lattice of all j·g/3ᵏ, for each k:
+//! φ₃ in base 3 and an integer vector g. For each k, its first 3ᵏ points are the lattice of all j·g/3ᵏ:
 //!
-//! * they are among the points of the next, so that a pixel may stop there and has lost nothing;
-//! * each coordinate takes 3ᵏ values, equally far apart, each once;
-//! * they are symmetric about the centre, the number being odd: their mean is the centre exactly, in the pixel and in
-//!   the wavelength cells. A base of 2 would not have this.
+//! * they are among the points of the next lattice, so a pixel that stops there wastes nothing;
+//! * each coordinate takes 3ᵏ equidistant values, each once;
+//! * they are symmetric about the centre, since their number is odd. So their mean is exactly the centre, in the pixel and
+//!   in the wavelength cells. With base 2 it would not be.
 //!
-//! The quality of a lattice is how far apart the planes are at most on which its points lie: 1/|h| for the shortest of the
-//! whole vectors h with h·g ≡ 0 modulo their number n (the spectral test; Knuth, *The Art of Computer Programming* 2,
-//! §3.3.4). g was found digit by digit in base 3, so that from 3 to 3¹¹ points |h| is at least 0.745 n^⅓ in space and
-//! 0.745 n^½ in the pixel's square, of 1.12 and 1.07 that are possible at a single n. Lattices alike in this still differ
-//! by some tenth in a picture: of two dozen the one was taken that had the least error on diamond, quartz and sapphire.
+//! The quality of a lattice is the largest distance between the parallel planes that contain its points: 1/|h| for the
+//! shortest integer vector h with h·g ≡ 0 modulo their number n (the spectral test; Knuth, *The Art of Computer
+//! Programming* 2, §3.3.4). g was chosen digit by digit in base 3. From 3 to 3¹¹ points |h| is at least 0.745 n^⅓ in space
+//! and 0.745 n^½ in the pixel's square; the optimum for a single n is 1.12 and 1.07. Lattices of equal quality still
+//! differ by about a tenth in pictures. Of two dozen, this one had the smallest error on diamond, quartz and sapphire.
 
 /// The vector g, modulo [`POINTS`].
 const GENERATOR: [u64; 3] = [1, 49_444, 121_288];
 
-/// The points that there are, 3¹¹: more than the most samples a pixel.
+/// The number of points, 3¹¹: more than the largest number of samples a pixel.
 const POINTS: u64 = 177_147;
 
-/// Point `index` of the sequence, which repeats after 3¹¹: where a sample lies in its pixel, (0.5, 0.5) being the centre,
-/// and by which part of their cells its wavelengths lie above the cells' lower ends; all in (0, 1).
+/// Point `index` of the sequence, which repeats after 3¹¹: the position of a sample in its pixel, with the centre (0.5,
+/// 0.5), and the position of its wavelengths in their cells; all in (0, 1).
 ///
 /// ```
 /// use spectral_core::lattice::point;
@@ -40,7 +40,7 @@ pub fn point(index: u32) -> [f64; 3] {
         inverse += rest % 3 * place;
         rest /= 3;
     }
-    // In halves of the smallest step, which make the centre a whole number. An odd number is never 0 modulo an even one.
+    // In units of half the smallest step, so that the centre is an integer. An odd number is never 0 modulo an even one.
     GENERATOR.map(|g| ((2 * g * inverse + POINTS) % (2 * POINTS)) as f64 / (2 * POINTS) as f64)
 }
 
@@ -49,7 +49,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn three_times_as_many_points_each_time_are_even_in_every_coordinate_and_symmetric() {
+    fn each_lattice_is_even_in_every_coordinate_and_symmetric() {
         for k in 0..=9 {
             let count = 3u32.pow(k);
             let n = f64::from(count);
@@ -61,7 +61,7 @@ mod tests {
                 let even = |(j, v): (usize, &f64)| (v - (j as f64 + 0.5) / n).abs() < 1e-12;
                 assert!(values.iter().enumerate().all(even), "{count}");
             }
-            // Mirrored at the centre, they are the same points.
+            // Reflection at the centre gives the same points.
             let whole = |p: [f64; 3]| p.map(|v| (v * n * 2.0).round() as i64);
             let mut points: Vec<_> = (0..count).map(|i| whole(point(i))).collect();
             let mut mirrored: Vec<_> = (0..count).map(|i| whole(point(i).map(|v| 1.0 - v))).collect();
@@ -72,12 +72,12 @@ mod tests {
     }
 
     #[test]
-    fn points_lie_on_no_few_planes_in_space_nor_lines_in_the_pixel() {
+    fn points_do_not_lie_on_few_planes_in_space_or_lines_in_the_pixel() {
         const LEAST: f64 = 0.745;
         let [gx, gy, gz] = GENERATOR.map(|g| g as i64);
         for k in 1..=11 {
             let n = 3i64.pow(k);
-            // Whether a vector h is one of those that set the distance of planes, and too short.
+            // Whether a vector h determines a distance of planes and is too short.
             let poor = |h: [i64; 3], dimensions: f64| {
                 let length = ((h[0] * h[0] + h[1] * h[1] + h[2] * h[2]) as f64).sqrt();
                 let planes = (h[0] * gx + h[1] * gy + h[2] * gz) % n == 0 && h != [0; 3];

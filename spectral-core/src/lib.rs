@@ -1,55 +1,53 @@
-//! Spectral maths for gemstones: what a stone does to light, wavelength by wavelength, and what an eye makes
-//! of it. No files, no threads, no GPU: other programs can embed it.
+//! Spectral maths for gemstones: how a stone changes light at each wavelength, and how an eye perceives the result. It
+//! uses no files, threads or GPU, so other programs can embed it.
 //!
-//! # The pipeline in a page
+//! # The pipeline
 //!
-//! **One ray, one wavelength.** What the eye sees along a ray is spectral radiance L(λ). Light paths can be
-//! walked backwards, since a lossless interface conserves L/n² (Veach 1997, §5.2), so a tracer starts at the
-//! eye with a throughput of 1 and asks at each surface how much comes from where.
+//! **One ray, one wavelength.** The eye sees spectral radiance L(λ) along a ray. Light paths can be followed backwards,
+//! since a lossless interface conserves L/n² (Veach 1997, §5.2). So a tracer starts at the eye with a throughput of 1 and
+//! determines at each surface how much light comes from each direction.
 //!
-//! **Refraction.** The index n(λ) comes from [`dispersion`]: Sellmeier's n² = 1 + Σ bᵢλ²/(λ² − cᵢ), Cauchy's
-//! n = A + B/λ² + C/λ⁴ fitted to measurements, or a table. Snell's law n₁ sin θ₁ = n₂ sin θ₂ then gives a
-//! direction of its own to every wavelength: fire.
+//! **Refraction.** The index n(λ) comes from [`dispersion`]: Sellmeier's n² = 1 + Σ bᵢλ²/(λ² − cᵢ), Cauchy's n = A + B/λ²
+//! + C/λ⁴ fitted to measurements, or a table. By Snell's law n₁ sin θ₁ = n₂ sin θ₂ every wavelength has its own direction;
+//! gemmologists call the effect fire.
 //!
-//! **Reflection.** At an interface the amplitudes perpendicular (s) and parallel (p) to the plane of incidence
-//! reflect by Fresnel's equations (Born & Wolf, *Principles of Optics*, §1.5), in [`fresnel`]:
+//! **Reflection.** At an interface the amplitudes perpendicular (s) and parallel (p) to the plane of incidence follow
+//! Fresnel's equations (Born & Wolf, *Principles of Optics*, §1.5), in [`fresnel`]:
 //!
 //! ```text
 //! r_s = (n₁ cos θ₁ − n₂ cos θ₂)/(n₁ cos θ₁ + n₂ cos θ₂)      r_p = (n₂ cos θ₁ − n₁ cos θ₂)/(n₂ cos θ₁ + n₁ cos θ₂)
 //! ```
 //!
-//! and 1 − |r|² goes on. Beyond the critical angle |r| = 1 and only the phases differ. The two polarisations
-//! must be carried along: light that has met one surface is partly polarised when it meets the next. A path
-//! therefore carries a row of four numbers, r = (1, 0, 0, 0)·M₁·M₂ ⋯, through the Mueller matrices of its
-//! events ([`stokes`]); its first component is the throughput of unpolarised light. Averaging s and p at each
-//! event instead, the classical shortcut, is offered as the scalar mode and is measurably wrong: an N-BK7
-//! slab at 75° passes 0.592 that way, and 0.615 in truth.
+//! and 1 − |r|² is refracted. Beyond the critical angle |r| = 1 and only the phases differ. Polarisation must be followed
+//! from surface to surface, because light that has met one surface is partly polarised when it meets the next. A path
+//! therefore carries a row of four numbers, r = (1, 0, 0, 0)·M₁·M₂ ⋯, through the Mueller matrices of its events
+//! ([`stokes`]); the first component is the throughput of unpolarised light. The scalar mode takes the mean of s and p at
+//! each event instead, as renderers usually do. It is measurably wrong: an N-BK7 slab at 75° then transmits 0.592 and not
+//! 0.615.
 //!
-//! **Absorption.** Between two surfaces a length ℓ apart light fades by exp(−α(λ) ℓ), Beer and Lambert's law,
-//! with the Napierian coefficient α in 1/mm ([`absorption`]): colour, and why large stones are darker.
-//! [`material`] holds dispersion and absorption of gems and metals, each figure with its source.
+//! **Absorption.** Between two surfaces at distance ℓ light is attenuated by exp(−α(λ) ℓ), the law of Beer and Lambert,
+//! with the Napierian coefficient α in 1/mm ([`absorption`]). This gives a stone its colour and makes large stones darker.
+//! [`material`] has dispersion and absorption of gems and metals, each figure with its source.
 //!
-//! **Light.** The surroundings are usually an RGB photograph. A path asks for their radiance at one
-//! wavelength, so each colour becomes a spectrum that shows that very colour ([`upsample`]): Smits's weighted
-//! bases, refined by the iteration
+//! **Light.** The environment is usually an RGB photograph. A path needs its radiance at one wavelength, so each colour is
+//! converted to a spectrum that shows exactly this colour ([`upsample`]): Smits's weighted bases, refined by the iteration
 //!
 //! ```text
 //! r₀ = Δλ Σ r̄(λᵢ) I(λᵢ)                                    (1)
 //! I(λᵢ) ← max(0, I(λᵢ) + r̄(λᵢ)/(Δλ Σ r̄²) · (r − r₀))        (2)
 //! ```
 //!
-//! for r, g and b in turn until the colour is right.
+//! for r, g and b in turn until the colour is exact.
 //!
-//! **The eye.** Radiance at the wavelengths of a grid ([`wavelength`]) adds up to CIE XYZ = Σ x̄ȳz̄(λᵢ) L(λᵢ) Δλ
-//! ([`cie`]), scaled so that daylight is white on that very grid, and from there to the RGB of any space
-//! ([`color`]). A tracer follows every wavelength of the grid on its own and nothing is left to chance, so the
-//! picture has no noise.
+//! **The eye.** Radiance at the wavelengths of a grid ([`wavelength`]) gives CIE XYZ = Σ x̄ȳz̄(λᵢ) L(λᵢ) Δλ ([`cie`]), scaled
+//! so that daylight is white on this grid, and then RGB in any space ([`color`]). A tracer follows every wavelength of the
+//! grid separately and uses no random numbers, so the picture has no noise.
 //!
 //! ```
 //! use spectral_core::{color::Response, fresnel::dielectric, material::Catalogue, cie::Illuminant};
 //! use spectral_core::wavelength::WavelengthGrid;
 //!
-//! // The colour of daylight through a 5 mm window of ruby: two faces and what lies between them.
+//! // The colour of daylight through a 5 mm window of ruby: two surfaces and the absorption between them.
 //! let ruby = Catalogue::builtin().get("ruby")?;
 //! let grid = WavelengthGrid::midpoints([380.0, 740.0], 32)?;
 //! let through: Vec<f64> = grid.nm().iter().map(|&nm| {
@@ -61,9 +59,8 @@
 //! # Ok::<(), spectral_core::Error>(())
 //! ```
 //!
-//! Conventions, throughout: lengths in mm, wavelengths in nm (µm inside dispersion formulas, as published),
-//! right-handed frames, angles in radians unless a name or a file format says degrees, and fields as
-//! exp(i(k·r − ωt)).
+//! Conventions: lengths in mm, wavelengths in nm (µm in dispersion formulas, as published), right-handed frames, angles in
+//! radians unless a name or a file format says degrees, fields as exp(i(k·r − ωt)).
 //!
 #![cfg_attr(feature = "render", doc = include_str!("rendering.md"))]
 #![forbid(unsafe_code)]

@@ -1,9 +1,9 @@
 //! Closed triangle meshes whose triangles are grouped into planar facets.
 //!
-//! A stone is bounded by polished planes. Backends may intersect triangles, but what a ray does at the surface is
-//! decided by the facet's one exact [`Plane`], so that two triangles of a facet never differ by their rounding.
-//! [`Mesh::from_triangles`] takes anything a file holds, repairs what can be repaired without guessing (and says so in
-//! [`Warning`]s), and refuses the rest with the place of the fault.
+//! A stone is bounded by polished planes. Backends may intersect triangles, but reflection and refraction use the exact
+//! [`Plane`] of the facet, so the triangles of a facet do not differ by rounding. [`Mesh::from_triangles`] accepts the
+//! triangles of any file. It repairs what can be repaired without guessing, with a [`Warning`], and refuses the rest with
+//! the place of the fault.
 
 use glam::{DMat3, DVec3};
 
@@ -31,7 +31,7 @@ impl Plane {
     /// The plane `normal · x = offset` for a `normal` of any length; both are divided by that length.
     ///
     /// # Errors
-    /// When a figure is not finite or the normal has no length.
+    /// [`Error::Value`] if a figure is not finite or the normal is zero.
     ///
     /// ```
     /// use {glam::DVec3, spectral_core::mesh::Plane};
@@ -40,7 +40,7 @@ impl Plane {
     /// # Ok::<(), spectral_core::Error>(())
     /// ```
     pub fn new(normal: DVec3, offset: f64) -> Result<Self, Error> {
-        // Dividing by the largest component first keeps the length from over- or underflowing.
+        // Dividing by the largest component first avoids over- and underflow of the length.
         let largest = normal.abs().max_element();
         let unit = (normal / largest).normalize_or_zero();
         let length = (normal / largest).length() * largest;
@@ -55,9 +55,9 @@ impl Plane {
         ))
     }
 
-    /// The plane a faceting machine cuts, in the convention of GemCad's text format: `angle` in degrees from the
-    /// horizontal (0 the table, 90 the girdle; a negative sign, that of −0.0 included, means the pavilion), `azimuth`
-    /// in degrees clockwise from +y as seen from +z, `distance` from the origin.
+    /// The plane cut by a faceting machine, in the convention of GemCad's text format: `angle` in degrees from the
+    /// horizontal (0 for the table, 90 for the girdle; negative for the pavilion, including −0.0), `azimuth` in degrees
+    /// clockwise from +y as seen from +z, `distance` from the origin.
     ///
     /// ```
     /// use {glam::DVec3, spectral_core::mesh::Plane};
@@ -78,8 +78,8 @@ impl Plane {
     }
 }
 
-/// Sine and cosine of an angle in degrees, exact at the multiples of 90°: tables and girdles must come out exactly level
-/// and exactly upright.
+/// Sine and cosine of an angle in degrees, exact at multiples of 90°, so that tables are exactly level and girdles exactly
+/// upright.
 fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     let turn = degrees.rem_euclid(360.0);
     let quarter = (turn / 90.0).round();
@@ -97,19 +97,19 @@ fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
 pub struct Facet {
     /// The facet's plane: exact where the mesh was made from planes, fitted where it was made from triangles.
     pub plane: Plane,
-    /// The designer's name for it, if there is one.
+    /// Its name in the design, if it has one.
     pub name: Option<String>,
 }
 
-/// How [`Mesh::from_triangles`] joins vertices and groups triangles. Lengths are fractions of the mesh's extent, the
-/// longest side of its bounding box.
+/// How [`Mesh::from_triangles`] joins vertices and groups triangles. Lengths are fractions of the extent of the mesh, which
+/// is the longest side of its bounding box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeshOptions {
-    /// Vertices nearer than this are joined, but only where the mesh does not close with exact duplicates alone joined.
+    /// Vertices nearer than this are joined, but only if the mesh is open with exact duplicates joined.
     pub weld: f64,
-    /// Triangles whose normals differ from the facet's by at most this, in degrees, may belong to it.
+    /// The largest angle between the normals of a triangle and its facet, degrees.
     pub coplanar_angle: f64,
-    /// Triangles whose vertices are all within this of the facet's plane may belong to it. Raise it for noisy scans.
+    /// The largest distance of a triangle's vertices from the plane of its facet. Increase it for noisy scans.
     pub coplanar_distance: f64,
 }
 
@@ -137,7 +137,7 @@ impl MeshOptions {
 
 /// A closed, outward-oriented triangle mesh whose triangles are grouped into planar facets with exact planes.
 ///
-/// Every edge has as many triangles running along it one way as the other, and the enclosed volume is positive.
+/// Every edge has the same number of triangles in either direction, and the enclosed volume is positive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mesh {
     positions: Vec<DVec3>,
@@ -149,16 +149,16 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// A mesh from loose triangles, as files hold them: `triangles` index `positions`, counter-clockwise seen from
-    /// outside, in any unit of length.
+    /// A mesh from the triangles of a file: `triangles` index `positions`, counter-clockwise seen from outside, in any unit
+    /// of length.
     ///
-    /// Coincident vertices are joined, triangles without area dropped, triangles wound against their neighbours turned,
-    /// a wholly inverted mesh turned inside out; each is reported. Several shells may be given, an inward one being
-    /// a cavity. Connected coplanar triangles become one [`Facet`] with the area-weighted best plane.
+    /// Coincident vertices are joined, triangles without area removed, triangles wound against their neighbours reversed, and
+    /// an inverted mesh is turned inside out; each is reported. There may be several shells; an inward one is a cavity.
+    /// Connected coplanar triangles become one [`Facet`] with the area-weighted best plane.
     ///
     /// # Errors
-    /// [`Error::Value`] for no triangles, an index or coordinate out of range or not finite; [`Error::Solid`] for
-    /// a surface that is open, non-manifold, not orientable or without volume, with the place.
+    /// [`Error::Value`] if there are no triangles, or for an index or coordinate out of range; [`Error::Solid`], with the
+    /// place, for a surface that is open, non-manifold, not orientable or without volume.
     ///
     /// ```
     /// use {glam::DVec3, spectral_core::mesh::{Mesh, MeshOptions}};
@@ -191,8 +191,8 @@ impl Mesh {
         Ok((mesh, warnings))
     }
 
-    /// A convex mesh from one polygon a facet, each a loop of indices into `positions`, counter-clockwise seen from
-    /// outside. The caller vouches that the polygons close.
+    /// A convex mesh from one polygon for each facet: a loop of indices into `positions`, counter-clockwise seen from
+    /// outside. The polygons must form a closed surface.
     pub(crate) fn from_polygons(positions: Vec<DVec3>, polygons: &[Vec<u32>], facets: Vec<Facet>) -> Mesh {
         let (mut triangles, mut facet_of) = (Vec::new(), Vec::new());
         for (k, loop_) in polygons.iter().enumerate() {
@@ -212,7 +212,7 @@ impl Mesh {
         &self.triangles
     }
 
-    /// For each triangle its facet, an index into [`facets`](Self::facets).
+    /// The facet of each triangle, an index into [`facets`](Self::facets).
     pub fn facet_of(&self) -> &[u32] {
         &self.facet_of
     }
@@ -222,8 +222,8 @@ impl Mesh {
         &self.facets
     }
 
-    /// The number of surfaces connected across edges with two triangles, counting cavities. Shells that touch along an
-    /// edge are told apart; where they touch along a face, its triangles count as surfaces of their own.
+    /// The number of surfaces connected across edges with two triangles, including cavities. Shells that touch along an edge
+    /// count separately; if they touch along a face, each triangle of this face counts as a surface.
     pub fn shells(&self) -> usize {
         self.shells
     }
@@ -257,11 +257,11 @@ impl Mesh {
         areas
     }
 
-    /// The mesh after `x -> scale · rotation · x + translation`; the planes are carried along, not fitted anew.
+    /// The mesh after `x -> scale · rotation · x + translation`. The planes are transformed, not fitted again.
     ///
     /// # Errors
-    /// [`Error::Value`] for a `scale` that is not positive, a `rotation` that is not one (a reflection would turn the
-    /// mesh inside out), or a figure that is not finite.
+    /// [`Error::Value`] for a `scale` that is not positive, a `rotation` that is not a rotation (a reflection would invert
+    /// the mesh), or a figure that is not finite.
     ///
     /// ```
     /// use {glam::{DMat3, DVec3}, spectral_core::mesh::{Mesh, MeshOptions}};
@@ -297,13 +297,13 @@ fn cross(positions: &[DVec3], triangle: &[u32; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Sum of the signed tetrahedra between the triangles and the middle of the bounding box: a nearer apex than the origin
-/// keeps the digits of a mesh that lies far away.
+/// Sum of the signed tetrahedra between the triangles and the middle of the bounding box. This apex is nearer than the
+/// origin, so a distant mesh loses no digits.
 fn signed_volume(positions: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     volume_about(bounds(positions), triangles, |v| positions[v as usize])
 }
 
-/// The same for vertices at `position`, with the bounding box in hand.
+/// The same for vertices at `position` within the given bounding box.
 fn volume_about((low, high): (DVec3, DVec3), triangles: &[[u32; 3]], position: impl Fn(u32) -> DVec3) -> f64 {
     let middle = 0.5 * (low + high);
     let six: f64 = triangles

@@ -1,10 +1,8 @@
-//! Does a device calculate as it should? Two pictures of 8 × 8 pixels whose colours are known.
+//! A test of a device: two pictures of 8 × 8 pixels with known colours.
 //!
-//! A driver may compile the kernel wrongly, or a device return what it was never asked for; both would go unnoticed in
-//! a picture that nobody has seen before. The scenes go through everything a backend has: facet planes, its own
-//! intersection, nested media, dispersion, polarisation, absorption and the light.
-
-mod expected;
+//! A driver may compile the kernel wrongly, or a device may return wrong results; nobody would notice in a new picture. The
+//! scenes use all parts of a backend: facet planes, its own intersection, nested media, dispersion, polarisation, absorption
+//! and the light.
 
 use crate::{
     Error,
@@ -16,6 +14,7 @@ use crate::{
     scene::{Background, Scene, Stone},
     settings::{Leftover, RenderSettings},
     shape::ShapeSpec,
+    spectrum::columns,
     tracer::{Backend, DeviceInfo, OpenOptions},
     wavelength::WavelengthGrid,
 };
@@ -24,47 +23,48 @@ use std::sync::Arc;
 
 /// Edge of a picture, pixels.
 pub const SIZE: u32 = 8;
-/// The relative difference beyond which a pixel is wrong.
+/// The relative difference above which a pixel is wrong.
 const TOLERANCE: f32 = 1e-3;
-/// Pixels of a picture that may be wrong: sound devices may fall on different sides of a facet's edge.
+/// Number of pixels that may be wrong: correct devices may take different sides at the edge of a facet.
 const STRAY: usize = 3;
 
-/// A scene and what it looks like.
+/// A scene and its colours.
 #[derive(Debug, Clone)]
 pub struct Subject {
-    /// What is in it.
+    /// A description.
     pub name: &'static str,
     /// The scene.
     pub scene: Arc<PreparedScene>,
     /// CIE XYZ of every pixel, row by row, by the double-precision reference.
-    pub expected: &'static [[f32; 3]],
+    pub expected: Vec<[f32; 3]>,
 }
 
 /// The scenes of the probe.
 ///
 /// # Errors
-/// None in practice: of a built-in shape or material that is not there.
+/// None in practice; those of built-in shapes and materials.
 pub fn subjects() -> Result<[Subject; 2], Error> {
     let alone = vec![stone("step", "sapphire", 6.5)?];
     let mut inclusion = stone("step", "diamond", 1.6)?;
     (inclusion.position, inclusion.rotation) = ([0.4, -0.3, -0.4].into(), [25.0, 10.0, 30.0].into());
     let nested = vec![stone("step", "emerald", 6.5)?, inclusion];
     Ok([
-        subject("a stone alone", alone, &expected::ALONE)?,
-        subject("a stone within another", nested, &expected::NESTED)?,
+        subject("a stone alone", alone, include_str!("../data/probe/alone.csv"))?,
+        subject("a stone within another", nested, include_str!("../data/probe/nested.csv"))?,
     ])
 }
 
-fn subject(name: &'static str, stones: Vec<Stone>, expected: &'static [[f32; 3]]) -> Result<Subject, Error> {
+fn subject(name: &'static str, stones: Vec<Stone>, expected: &str) -> Result<Subject, Error> {
+    let rows = columns(expected, name)?;
+    let expected = rows.into_iter().map(|(_, xyz)| xyz.map(|v: f64| v as f32)).collect();
     let scene = Arc::new(PreparedScene::new(&scene(stones), &settings()?)?);
     Ok(Subject { name, scene, expected })
 }
 
-/// Renders the scenes on a device and compares.
+/// Renders the scenes on a device and compares the colours.
 ///
 /// # Errors
-/// [`Error::Device`] where the device fails, or its pictures are not what they should be; the message says what was
-/// expected and what was found.
+/// [`Error::Device`] if the device fails or its colours are wrong, with the expected and the actual colour.
 pub fn probe(backend: &Backend, device: &DeviceInfo, options: &OpenOptions) -> Result<(), Error> {
     let mut open = (backend.open)(device, options)?;
     for subject in subjects()? {
@@ -72,17 +72,17 @@ pub fn probe(backend: &Backend, device: &DeviceInfo, options: &OpenOptions) -> R
         let mut tracer = open.load(subject.scene.clone())?;
         let samples = 0..subject.scene.settings.samples;
         tracer.trace(samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
-        subject.judge(&film).map_err(|message| Error::Device { device: device.name.clone(), message })?;
+        subject.check(&film).map_err(|message| Error::Device { device: device.name.clone(), message })?;
     }
     Ok(())
 }
 
 impl Subject {
-    /// Whether a picture is what it should be.
+    /// Checks the colours of a picture.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
-    pub fn judge(&self, film: &Film) -> Result<(), String> {
+    /// A description of the difference.
+    pub fn check(&self, film: &Film) -> Result<(), String> {
         let pixels = (0..SIZE).flat_map(|y| (0..SIZE).map(move |x| (x, y)));
         let wrong: Vec<_> = pixels
             .map(|(x, y)| (x, y, film.xyz(x, y), self.expected[(y * SIZE + x) as usize]))
@@ -101,7 +101,7 @@ impl Subject {
     }
 }
 
-/// Not where anything is infinite or no number.
+/// False if anything is infinite or NaN.
 fn alike(found: &[f32; 3], expected: &[f32; 3]) -> bool {
     let scale = expected.iter().fold(0.0, |a: f32, b| a.max(b.abs()));
     found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= TOLERANCE * scale)
@@ -153,24 +153,24 @@ mod tests {
     }
 
     #[test]
-    fn a_lie_is_told_from_rounding_and_from_a_facets_edge() {
+    fn wrong_colours_are_distinguished_from_rounding_and_edges() {
         for subject in subjects().expect("valid scenes") {
-            let judge = |change: &dyn Fn(usize, [f32; 3]) -> [f32; 3]| subject.judge(&film(&subject, change));
-            assert_eq!(judge(&|_, xyz| xyz.map(|v| v * 1.0005)), Ok(()));
-            assert_eq!(judge(&|i, xyz| if i % 30 == 0 { [9.0; 3] } else { xyz }), Ok(()));
-            let message = judge(&|_, xyz| xyz.map(|v| v * 1.01)).expect_err("wrong");
+            let check = |change: &dyn Fn(usize, [f32; 3]) -> [f32; 3]| subject.check(&film(&subject, change));
+            assert_eq!(check(&|_, xyz| xyz.map(|v| v * 1.0005)), Ok(()));
+            assert_eq!(check(&|i, xyz| if i % 30 == 0 { [9.0; 3] } else { xyz }), Ok(()));
+            let message = check(&|_, xyz| xyz.map(|v| v * 1.01)).expect_err("wrong");
             assert!(
                 message.contains("wrong in 64 of 64 pixels: pixel (0, 0) should have XYZ ["),
                 "{message}"
             );
             for bad in [0.0, f32::NAN, f32::INFINITY] {
-                assert!(judge(&|_, _| [bad; 3]).is_err());
+                assert!(check(&|_, _| [bad; 3]).is_err());
             }
         }
     }
 
     #[test]
-    fn the_scenes_need_planes_and_a_hierarchy() {
+    fn the_scenes_use_planes_and_a_hierarchy() {
         let [alone, nested] = subjects().expect("valid scenes");
         assert!(alone.scene.lone_convex_stone().is_some() && nested.scene.lone_convex_stone().is_none());
     }

@@ -1,4 +1,4 @@
-//! The two floating-point types the formulas are written for.
+//! The two floating-point types of the formulas.
 
 use std::fmt::Debug;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -9,10 +9,10 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
-/// `f32` or `f64`: what the generic formulas of this crate need of a number, and no more.
+/// `f32` or `f64`: the operations that the generic formulas of this crate need.
 ///
-/// The f32 backend and the f64 oracle share their physics through this trait, so that a difference between
-/// the two is rounding and nothing else. Sealed: the numerics were thought through for these two types only.
+/// The single-precision backends and the double-precision reference share their physics through this trait, so they differ
+/// only by rounding. The trait is sealed, since the numerics are designed for these two types.
 pub trait Real:
     sealed::Sealed
     + Copy
@@ -47,9 +47,9 @@ pub trait Real:
     /// The nearest number of this type.
     fn from_f64(value: f64) -> Self;
 
-    /// The smaller of two numbers; the other one where one is not a number.
+    /// The smaller of two numbers; the other one if one is NaN.
     fn min(self, other: Self) -> Self;
-    /// The larger of two numbers; the other one where one is not a number.
+    /// The larger of two numbers; the other one if one is NaN.
     fn max(self, other: Self) -> Self;
 }
 

@@ -1,4 +1,4 @@
-//! Parametric cuts: the classical shapes from the figures that a grading report or a faceting diagram gives.
+//! Parametric cuts: the classical shapes from the figures of a grading report or a faceting diagram.
 //!
 //! Every shape has width 1 (the smaller of its x and y extents), +z as its table's normal and the middle of its girdle
 //! at z = 0. Angles are degrees from the girdle's plane; sizes are fractions of the width.
@@ -15,7 +15,7 @@ pub use brilliant::RoundBrilliant;
 pub use portuguese::Portuguese;
 pub use step::Step;
 
-/// A shape by name with its parameters, as a scene file gives it; what is left out takes the shape's default.
+/// A shape by name with its parameters, as in a scene file; missing parameters have the default of the shape.
 ///
 /// ```
 /// use spectral_core::shape::ShapeSpec;
@@ -39,7 +39,7 @@ pub enum ShapeSpec {
 }
 
 impl ShapeSpec {
-    /// The names that scene files use.
+    /// The names in scene files.
     pub const NAMES: [&str; 3] = ["round-brilliant", "step", "portuguese"];
 
     /// The shape of this name with its default parameters.
@@ -63,7 +63,7 @@ impl ShapeSpec {
     /// The cut with these parameters.
     ///
     /// # Errors
-    /// [`Error::Value`] for a parameter outside what makes the shape, with what would.
+    /// [`Error::Value`] for a parameter outside its range, with the range.
     pub fn cut(&self) -> Result<Cut, Error> {
         match self {
             ShapeSpec::RoundBrilliant(shape) => shape.cut(),
@@ -84,7 +84,15 @@ fn between(name: &str, value: f64, low: f64, high: f64) -> Result<(), Error> {
     Err(Error::value(name, value, format!("it must lie between {} and {}", rounded(low), rounded(high))))
 }
 
-/// Checks a list of tier angles, which run from the girdle inwards and must grow flatter.
+/// Checks the thickness of a girdle.
+fn girdle(value: f64) -> Result<(), Error> {
+    if (0.0..=0.5).contains(&value) {
+        return Ok(());
+    }
+    Err(Error::value("girdle", value, "it must lie between 0 (a knife edge) and 0.5"))
+}
+
+/// Checks a list of tier angles from the girdle inwards, which must decrease.
 fn angles(name: &str, list: &[f64]) -> Result<(), Error> {
     if list.is_empty() || list.len() > 50 {
         return Err(Error::value(
@@ -100,7 +108,7 @@ fn angles(name: &str, list: &[f64]) -> Result<(), Error> {
     Ok(())
 }
 
-/// A bound as a person wants to read it.
+/// A bound for a message.
 fn rounded(x: f64) -> f64 {
     (x * 1e4).round() / 1e4
 }
@@ -110,14 +118,15 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
     degrees.to_radians().sin_cos()
 }
 
-/// Offset of a plane at `angle` (degrees) through the point at horizontal distance `out` along the plane's own azimuth
-/// and vertical distance `up` from the girdle's middle, towards the table on the crown and the culet on the pavilion.
+/// Offset of a plane at `angle` (degrees) through the point at horizontal distance `out` along the azimuth of the plane and
+/// vertical distance `up` from the middle of the girdle, towards the table (crown) or the culet (pavilion).
 fn offset(angle: f64, out: f64, up: f64) -> f64 {
     let (sin, cos) = sin_cos(angle);
     sin * out + cos * up
 }
 
-/// `count` facets of one tier, `first` degrees off +y and evenly about the axis. A negative `angle` is the pavilion's.
+/// `count` facets of one tier at equal distances about the axis, the first at `first` degrees from +y. A negative `angle`
+/// means the pavilion.
 fn tier(facets: &mut Vec<CutFacet>, name: &str, angle: f64, distance: f64, first: f64, count: u32) {
     for k in 0..count {
         let azimuth = first + 360.0 * f64::from(k) / f64::from(count);

@@ -1,13 +1,13 @@
-//! Spectra given as tables: a quantity at ascending wavelengths, joined by straight lines.
+//! Spectra as tables: a quantity at ascending wavelengths, linearly interpolated.
 //!
-//! Linear interpolation is what the CIE recommends for its 1 nm tables, and it can neither overshoot nor turn
-//! a non-negative table negative. Wavelengths are nanometres in vacuum throughout the crate.
+//! The CIE recommends linear interpolation for its 1 nm tables. It neither overshoots nor makes a non-negative table
+//! negative. Wavelengths are nanometres in vacuum throughout the crate.
 //!
 //! ```
 //! use spectral_core::spectrum::Tabulated;
 //! let table = Tabulated::from_csv("# my glass\nnm,1/mm\n400,0.2\n500,0.4\n", "glass.csv")?;
 //! assert!((table.at(425.0) - 0.25).abs() < 1e-15);
-//! assert_eq!(table.at(900.0), 0.4); // beyond its ends a table keeps its last value
+//! assert_eq!(table.at(900.0), 0.4); // beyond its ends, the value of the nearer end
 //! # Ok::<(), spectral_core::Error>(())
 //! ```
 
@@ -18,13 +18,13 @@ use crate::wavelength::WavelengthGrid;
 /// catch micrometres and ångströms.
 const TABLE_RANGE: [f64; 2] = [100.0, 20_000.0];
 
-/// What a table says outside its own wavelengths.
+/// The values of a table outside its wavelengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Ends {
-    /// The nearest end's value.
+    /// The value of the nearer end.
     #[default]
     Extend,
-    /// Nothing: zero.
+    /// Zero.
     Zero,
 }
 
@@ -40,8 +40,8 @@ impl Tabulated {
     /// A table from its wavelengths (nm, strictly ascending) and as many finite values.
     ///
     /// # Errors
-    /// [`Error::Value`] naming the first entry that is not finite, out of order or out of any sensible range,
-    /// or the lengths if they differ or are zero.
+    /// [`Error::Value`] naming the first entry that is not finite, out of order or out of range, or the lengths if they
+    /// differ or are zero.
     pub fn new(nm: Vec<f64>, values: Vec<f64>, ends: Ends) -> Result<Self, Error> {
         if nm.len() != values.len() || nm.is_empty() {
             let found = format!("{} wavelengths and {} values", nm.len(), values.len());
@@ -58,9 +58,8 @@ impl Tabulated {
 
     /// A table from text with two columns, nm and value, separated by commas, semicolons or blanks.
     ///
-    /// Empty lines and everything after `#` are skipped, and so is one header line. `what` names the text in
-    /// messages: a file's name, say. Beyond its ends the table keeps its last value; see
-    /// [`with_ends`](Self::with_ends).
+    /// Empty lines, everything after `#` and one header line are skipped. `what` names the text in messages, such as a file
+    /// name. The ends extend; see [`with_ends`](Self::with_ends).
     ///
     /// # Errors
     /// [`Error::Data`] with the line that does not parse, is out of order or is not finite.
@@ -117,7 +116,7 @@ impl Tabulated {
         &self.values
     }
 
-    /// What the table says outside its own wavelengths.
+    /// The rule outside its wavelengths.
     pub fn ends(&self) -> Ends {
         self.ends
     }

@@ -1,4 +1,4 @@
-//! Polarised light: Stokes vectors, and the row that a renderer carries backwards from the eye.
+//! Polarised light: Stokes vectors, and the row that a renderer propagates backwards from the eye.
 //!
 //! # Definition
 //! In the frame (e_s, e_p, k), e_p = k × e_s, with fields as exp(i(k·r − ωt)),
@@ -7,22 +7,22 @@
 //! I = |E_s|² + |E_p|²    Q = |E_s|² − |E_p|²    U = 2 Re(E_s E_p*)    V = 2 Im(E_s E_p*)
 //! ```
 //!
-//! Light that goes through the events M₁ (nearest to the eye), M₂, … Mₘ on its way from a source with the
-//! Stokes column S reaches a detector D with the intensity **D · M₁ · M₂ ⋯ Mₘ · S**. A tracer that walks from
-//! the eye meets M₁ first, so it carries the row r = D · M₁ ⋯ and multiplies matrices on its right: four
-//! numbers, not sixteen (Wilkie & Weidlich 2012, "Polarised light in computer graphics", §4). An eye sees
-//! intensity, D = (1, 0, 0, 0); most lights are unpolarised, S = (L, 0, 0, 0); then the first component of the
-//! row is the throughput.
+//! Light from a source with the Stokes column S passes the events Mₘ, …, M₂, M₁ (M₁ nearest to the eye) and reaches a
+//! detector D with the intensity **D · M₁ · M₂ ⋯ Mₘ · S**. A tracer that starts at the eye meets M₁ first, so it carries the
+//! row r = D · M₁ ⋯ and multiplies it by matrices on the right: four numbers, not sixteen (Wilkie & Weidlich 2012,
+//! "Polarised light in computer graphics", §4). An eye sees intensity, D = (1, 0, 0, 0), and most lights are unpolarised,
+//! S = (L, 0, 0, 0). Then the first component of the row is the throughput.
 //!
-//! # Why it cannot be averaged away
-//! A reflection near Brewster's angle polarises, and the next surface treats the two polarisations
-//! differently. The mean of s and p taken at each event (the scalar mode, [`Scalar`]) gives an N-BK7 slab at
-//! 75° a transmittance of 0.592; the exact series gives 0.615.
+//! # Why the mean of s and p is not enough
+//! A reflection near Brewster's angle polarises light, and the next surface treats the two polarisations differently. With
+//! the mean of s and p at each event (the scalar mode, [`Scalar`]) an N-BK7 slab at 75° has a transmittance of 0.592; the
+//! exact value is 0.615.
 
 use crate::Real;
+use crate::color::matrix::{cross, dot};
 use crate::fresnel::Fresnel;
 
-/// The row (I, Q, U, V) carried backwards from the eye; its components multiply those of the light's column.
+/// The row (I, Q, U, V) propagated backwards from the eye; it multiplies the Stokes column of the light.
 ///
 /// ```
 /// use spectral_core::{fresnel::dielectric, stokes::StokesRow};
@@ -35,13 +35,13 @@ use crate::fresnel::Fresnel;
 pub struct StokesRow<T>(pub [T; 4]);
 
 impl<T: Real> StokesRow<T> {
-    /// A detector of intensity, blind to polarisation: (1, 0, 0, 0).
+    /// A detector of intensity alone: (1, 0, 0, 0).
     #[inline]
     pub fn eye() -> Self {
         StokesRow([T::ONE, T::ZERO, T::ZERO, T::ZERO])
     }
 
-    /// What the detector gets from unpolarised light of intensity 1: the first component.
+    /// The response to unpolarised light of intensity 1: the first component.
     #[inline]
     pub fn intensity(&self) -> T {
         self.0[0]
@@ -55,9 +55,9 @@ impl<T: Real> StokesRow<T> {
 
     /// The same detector described in a frame turned by φ, given cos 2φ and sin 2φ.
     ///
-    /// φ counts from e_s towards e_p. A column transforms as Q′ = Q cos 2φ + U sin 2φ,
-    /// U′ = −Q sin 2φ + U cos 2φ, and row · column must not change; a rotation being orthogonal, the row
-    /// transforms in the same way. The angle comes from [`align`].
+    /// φ counts from e_s towards e_p. A column transforms as Q′ = Q cos 2φ + U sin 2φ, U′ = −Q sin 2φ + U cos 2φ, and row ·
+    /// column must not change. Since a rotation is orthogonal, the row transforms in the same way. The angle comes from
+    /// [`align`].
     #[inline]
     pub fn rotated(self, cos2: T, sin2: T) -> Self {
         let [i, q, u, v] = self.0;
@@ -87,9 +87,8 @@ impl<T: Real> StokesRow<T> {
     }
 }
 
-/// The scalar mode's throughput: unpolarised light at every event, the mean of s and p.
-///
-/// The classical algorithm, cheaper and wrong by design: see the module's front page.
+/// The throughput of the scalar mode: the mean of s and p at every event. Cheaper, but inexact: see the module's
+/// documentation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scalar<T>(pub T);
 
@@ -100,7 +99,7 @@ impl<T: Real> Scalar<T> {
         Scalar(T::ONE)
     }
 
-    /// What the detector gets from light of intensity 1.
+    /// The response to light of intensity 1.
     #[inline]
     pub fn intensity(&self) -> T {
         self.0
@@ -127,7 +126,7 @@ impl<T: Real> Scalar<T> {
 
 /// A 4 × 4 Mueller matrix, row by row, acting on Stokes columns from the left.
 ///
-/// The tracer uses the specialised products of [`StokesRow`]; this type is for proofs and for embedders.
+/// The tracer uses the specialised products of [`StokesRow`]; this type is for tests and for other programs.
 ///
 /// ```
 /// use spectral_core::{fresnel::dielectric, stokes::{Mueller, StokesRow}};
@@ -209,10 +208,10 @@ impl<T: Real> Mueller<T> {
     }
 }
 
-/// A ray's frame turned into the plane of incidence of the surface it meets; made by [`align`].
+/// The frame of a ray, turned into the plane of incidence of a surface; made by [`align`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alignment<T> {
-    /// e_s: unit vector perpendicular to the ray and to the surface normal; the frame axis of both children.
+    /// e_s: unit vector perpendicular to the ray and to the surface normal; the frame axis of both child rays.
     pub axis: [T; 3],
     /// cos 2φ for [`StokesRow::rotated`].
     pub cos2: T,
@@ -220,24 +219,22 @@ pub struct Alignment<T> {
     pub sin2: T,
 }
 
-/// Turns the frame of a ray that was traced backwards into the plane of incidence.
+/// Turns the frame of a ray that is traced backwards into the plane of incidence.
 ///
-/// `direction` w: unit vector along which the ray is traced, away from the eye. `axis` x: the frame's first
-/// axis, a unit vector perpendicular to w. `normal` n: the surface's unit normal, either way round.
+/// `direction` w: the unit vector along which the ray is traced, away from the eye. `axis` x: the first axis of the frame, a
+/// unit vector perpendicular to w. `normal` n: the unit normal of the surface, with either sign.
 ///
-/// Light travels along k = −w, so the frame is (x, y, k) with y = k × x = x × w. The plane of incidence is
-/// spanned by w and n, hence e_s ∝ w × n, and φ counts from x towards y: cos φ = e_s·x, sin φ = e_s·y. Only
-/// 2φ matters, so the sign of e_s, and with it that of n, is free. After the event both children, traced
-/// along w′, keep e_s: it is perpendicular to the reflected and to the refracted ray, and
-/// (e_s, −w′ × e_s, −w′) is the frame that [`fresnel`](crate::fresnel) assumes.
+/// Light travels along k = −w, so the frame is (x, y, k) with y = k × x = x × w. The plane of incidence is spanned by w and n,
+/// hence e_s ∝ w × n. φ counts from x towards y: cos φ = e_s·x, sin φ = e_s·y. Only 2φ matters, so the signs of e_s and n are
+/// free. After the event both child rays, traced along w′, keep e_s, which is perpendicular to both of them.
+/// (e_s, −w′ × e_s, −w′) is the frame of [`fresnel`](crate::fresnel).
 ///
-/// Within √ε of normal incidence the direction of w × n is rounding error while s and p differ by O(ε) only:
-/// there x itself is taken. cos 2φ and sin 2φ are normalised by cos²φ + sin²φ, so that rounding in x never
-/// creates energy.
+/// Within √ε of normal incidence the direction of w × n is mere rounding error, but s and p differ by O(ε) only, so x itself
+/// is taken. cos 2φ and sin 2φ are normalised by cos²φ + sin²φ, so that rounding in x never creates energy.
 ///
 /// ```
 /// use spectral_core::stokes::align;
-/// // A ray along −z with frame axis x meets a surface whose plane of incidence is turned by 90°.
+/// // A ray along −z with frame axis x meets a surface with a plane of incidence turned by 90°.
 /// let turned = align([0.0, 0.0, -1.0], [1.0, 0.0, 0.0], [0.6_f64, 0.0, 0.8]);
 /// assert_eq!(turned.axis.map(f64::abs), [0.0, 1.0, 0.0]);
 /// assert_eq!((turned.cos2, turned.sin2), (-1.0, 0.0)); // Q changes sign
@@ -262,24 +259,13 @@ pub fn align<T: Real>(direction: [T; 3], axis: [T; 3], normal: [T; 3]) -> Alignm
     Alignment { axis: e_s, cos2: (cos * cos - sin * sin) * inverse, sin2: (cos + cos) * sin * inverse }
 }
 
-/// A unit vector perpendicular to a unit `direction`: a first frame axis for a ray that leaves the eye, where
-/// any will do.
+/// A unit vector perpendicular to a unit `direction`: the frame axis of a ray that leaves the eye, where any axis is valid.
 ///
-/// Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017: no division by zero anywhere.
+/// Duff et al., "Building an orthonormal basis, revisited", JCGT 6(1), 2017, without division by zero.
 #[inline]
 pub fn any_axis<T: Real>(direction: [T; 3]) -> [T; 3] {
     let [x, y, z] = direction;
     let sign = if z < T::ZERO { -T::ONE } else { T::ONE };
     let a = -T::ONE / (sign + z);
     [T::ONE + sign * x * x * a, sign * x * y * a, -sign * x]
-}
-
-#[inline]
-fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-#[inline]
-fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }

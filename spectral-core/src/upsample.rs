@@ -1,20 +1,18 @@
-//! RGB → spectrum: light that shows a given colour.
+//! RGB → spectrum: light of a given colour.
 //!
-//! A picture of the surroundings is RGB, and transport needs radiance at each wavelength. Infinitely many
-//! spectra show one colour; wanted is a non-negative, plain one that shows it *exactly*, for otherwise the
-//! background itself would change colour on its way through the renderer.
+//! Environment images are RGB, but transport needs radiance at each wavelength. Infinitely many spectra have one colour.
+//! The one wanted is smooth and non-negative, and has the colour *exactly*: otherwise the background would change its
+//! colour in the renderer.
 //!
-//! **White is D65.** A texel (1, 1, 1) means daylight, so everything here is light: a reflectance-like
-//! spectrum times [`Illuminant::D65`]. (A flat spectrum would show as (1.205, 0.948, 0.909).)
+//! **White is D65.** A texel (1, 1, 1) means daylight, so every spectrum here is a reflectance-like spectrum times
+//! [`Illuminant::D65`]. (A flat spectrum has the colour (1.205, 0.948, 0.909).)
 //!
-//! 1. [`smits`]: seven plain spectra for white, the secondaries and the primaries, and a rule that writes every
-//!    colour as a sum of three of them with non-negative weights. Through real matching functions they come
-//!    out 5–8 % wrong.
-//! 2. [`refine`]: the iteration that moves a spectrum until its colour is right to any tolerance.
-//! 3. [`Upsampler`]: the two combined once for good. The rule is linear in the bases and its weights are never
-//!    negative, so if each of the seven bases is exact, so is every colour in sRGB, and no spectrum is negative.
-//!    The seven are refined to 10⁻¹² on the renderer's own wavelengths when a scene is prepared; textures stay
-//!    RGB, and a look-up costs three products.
+//! 1. [`smits`]: seven simple spectra for white, the secondaries and the primaries, and a rule that writes every colour as
+//!    a sum of three of them with non-negative weights. With real matching functions the colours are off by 5–8 %.
+//! 2. [`refine`]: the iteration that changes a spectrum until its colour is right to any tolerance.
+//! 3. [`Upsampler`]: both combined. The rule is linear in the bases and its weights are never negative. So if the seven
+//!    bases are exact, every colour in sRGB is exact, and no spectrum is negative. The bases are refined to 10⁻¹² on the
+//!    renderer's wavelengths when a scene is prepared. Textures stay RGB, and a look-up costs three products.
 //!
 //! ```
 //! use spectral_core::{color::Response, upsample::Upsampler, wavelength::WavelengthGrid};
@@ -42,23 +40,22 @@ use crate::color::Response;
 use crate::spectrum::{Ends, Tabulated};
 use crate::wavelength::WavelengthGrid;
 
-/// How many bases there are. [`radiance`] says how a colour is made of them. Beside it, only the basis modules of the
-/// backends (`basis.rs`, `basis.wgsl`) know what each of them stands for.
+/// The number of bases. [`radiance`] mixes them; apart from it, only the basis modules of the backends (`basis.rs`,
+/// `basis.wgsl`) depend on the meaning of each.
 pub const BASES: usize = smits::COUNT;
 
 /// The radiance of a linear sRGB colour at a wavelength, given that of the bases there.
 ///
-/// Colours must not be negative ([`Gamut`] sees to that): negative components give negative radiance.
+/// Negative components give negative radiance; [`Gamut`] removes them.
 pub fn radiance(rgb: [f64; 3], bases: &[f64; BASES]) -> f64 {
     smits::Weights::new(rgb).mix(bases)
 }
 
-/// How exactly the bases should show their colours, and the summed error up to which one is kept that stopped
-/// short of it.
+/// The accuracy of the bases, and the largest summed error with which an inexact one is kept.
 const BASIS_STOP: Stop = Stop { tolerance: 1e-12, max_sweeps: 40_000 };
 const KEPT: f64 = 4e-3;
 
-/// The bases refined at 5 nm over 380–780 nm, as reflectances, for grids that cannot carry their own.
+/// The bases refined at 5 nm over 380–780 nm, as reflectances, for grids that have no exact bases.
 static DENSE: LazyLock<Vec<Tabulated>> =
     LazyLock::new(|| dense_bases().expect("the bases converge on the 5 nm grid"));
 
@@ -71,16 +68,15 @@ pub struct Upsampler {
 }
 
 impl Upsampler {
-    /// Refines the seven bases on a grid with its sensor.
+    /// Refines the seven bases on a grid with its response.
     ///
-    /// White is D65 itself. On 380–740 nm seven or more wavelengths carry exact bases at every jitter offset,
-    /// six carry them to 10⁻⁶. With fewer, some offsets show no non-negative light of a base's colour; where
-    /// the summed error would exceed 0.4 %, that base is taken from a 5 nm grid and interpolated. Its radiance
-    /// is then sensible at each wavelength and its colour right in the mean over jittered grids only:
-    /// [`residual`](Self::residual) tells by how much.
+    /// White is D65 itself. On 380–740 nm, seven or more wavelengths allow exact bases at every jitter offset, and six allow
+    /// bases exact to 10⁻⁶. With fewer, no non-negative light has the colour of a base at some offsets. If the summed error
+    /// would exceed 0.4 %, this base is interpolated from a 5 nm grid: its radiance is then plausible at each wavelength,
+    /// but its colour is right only in the mean over jittered grids. [`residual`](Self::residual) is the error.
     ///
     /// # Errors
-    /// [`Error::Value`] if the response belongs to a grid of another size.
+    /// [`Error::Value`] if the response has another number of wavelengths.
     pub fn new(grid: &WavelengthGrid, response: &Response) -> Result<Self, Error> {
         let white = Illuminant::D65.sample(grid);
         let mut basis: [Vec<f64>; smits::COUNT] = Default::default();
@@ -94,8 +90,7 @@ impl Upsampler {
         Ok(Upsampler { nm: grid.nm().to_vec(), basis, residuals })
     }
 
-    /// The same spectra under another light: each times illuminant / D65, so that a grey is exactly grey ×
-    /// illuminant.
+    /// The same spectra under another light: each times illuminant / D65, so a grey is exactly grey × illuminant.
     #[must_use]
     pub fn with_illuminant(mut self, illuminant: &Illuminant) -> Self {
         for (i, &nm) in self.nm.iter().enumerate() {
@@ -116,7 +111,7 @@ impl Upsampler {
 
     /// The spectral radiance of a linear-sRGB colour at wavelength number `i`; zero beyond the grid.
     ///
-    /// Colours must not be negative ([`Gamut`] sees to that): negative components give negative radiance.
+    /// Negative components give negative radiance; [`Gamut`] removes them.
     pub fn radiance(&self, rgb: [f64; 3], i: usize) -> f64 {
         radiance(rgb, &self.basis.each_ref().map(|base| base.get(i).copied().unwrap_or_default()))
     }
@@ -126,27 +121,27 @@ impl Upsampler {
         (0..self.nm.len()).map(|i| self.radiance(rgb, i)).collect()
     }
 
-    /// The largest summed error Σ|δ_c| of a base's colour under D65. As the weights of a colour add up to its
-    /// largest component, no colour's error exceeds this share of that component.
+    /// The largest summed error Σ|δ_c| of a base's colour under D65. The weights of a colour add up to its largest
+    /// component, so its error is at most this share of that component.
     pub fn residual(&self) -> f64 {
         self.residuals.into_iter().fold(0.0, f64::max)
     }
 
-    /// Whether every colour in sRGB comes back to within 10⁻¹¹.
+    /// Whether every colour in sRGB is reproduced to 10⁻¹¹.
     pub fn exact(&self) -> bool {
         self.residual() <= 1e-11
     }
 }
 
-/// Σ|δ_c| of a spectrum against the colour it should show, whose largest component is 1.
+/// Σ|δ_c| of a spectrum against its intended colour, whose largest component is 1.
 fn residual(response: &Response, spectrum: &[f64], rgb: [f64; 3]) -> f64 {
     response.to_linear_srgb(spectrum).iter().zip(rgb).map(|(shown, wanted)| (shown - wanted).abs()).sum()
 }
 
-/// Base `k` as a reflectance that shows its colour in the light of D65.
+/// Base `k` as a reflectance that has its colour in the light of D65.
 ///
-/// Refining Smits's reflectance under the rows A_c·D65, instead of its product with D65 under the rows A_c, lets
-/// the base deviate from his in proportion to the light, so that none of D65's own structure is worn off.
+/// The reflectance is refined under the rows A_c·D65, not its product with D65 under the rows A_c. So it deviates from
+/// Smits's in proportion to the light, and the structure of D65 is preserved.
 fn refine_base(k: usize, grid: &WavelengthGrid, response: &Response) -> Result<Refinement, Error> {
     let light = Illuminant::D65.sample(grid);
     let lit = response.rows().map(|row| row.iter().zip(&light).map(|(a, l)| a * l).collect::<Vec<f64>>());

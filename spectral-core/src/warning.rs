@@ -1,9 +1,9 @@
-//! Things worth telling a person that do not stop the work.
+//! Remarks about accepted input.
 
-/// One remark about an input that was accepted: what was found and what was done about it.
+/// A remark about an input that was accepted: what was found and what was done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
-    /// A whole sentence for a person, naming the item it is about.
+    /// A sentence that names the item concerned.
     pub message: String,
 }
 

@@ -1,13 +1,13 @@
-//! The wavelengths a picture is computed at.
+//! The wavelengths of a picture.
 //!
-//! A [`WavelengthGrid`] cuts a range into cells and stands for each cell by one wavelength: an integral over
-//! the range becomes Σ L(λᵢ)·Δᵢ. With the wavelength at the cell's middle this is the midpoint rule, which for
-//! the smooth, compact colour-matching functions beats Gauss rules of the same size.
+//! A [`WavelengthGrid`] divides a range into cells, each represented by one wavelength: an integral over the range becomes
+//! Σ L(λᵢ)·Δᵢ. With the wavelength in the middle of the cell this is the midpoint rule. For the smooth, compact
+//! colour-matching functions it is more accurate than Gauss rules of the same size.
 //!
-//! What the midpoint rule cannot see is a line narrower than a cell. So a grid can be **jittered**: for pixel
-//! sample s every wavelength moves within its cell by the fraction uₛ = frac(½ + s·φ⁻¹), the Kronecker
-//! sequence of the golden ratio, whose first n members lie evenly in [0, 1) for every n. The same offset for
-//! all cells keeps the spacing even, and s = 0 is the midpoint grid itself.
+//! The midpoint rule misses lines narrower than a cell. So a grid can be **jittered**: for pixel sample s every wavelength
+//! moves within its cell to the fraction uₛ = frac(½ + s·φ⁻¹), the Kronecker sequence of the golden ratio, whose first n
+//! members are evenly distributed in [0, 1) for every n. All cells have the same offset, so the spacing stays even. Sample
+//! 0 has the midpoint grid.
 //!
 //! ```
 //! use spectral_core::wavelength::WavelengthGrid;
@@ -28,7 +28,7 @@ pub const MAX_COUNT: usize = 1024;
 /// The inverse golden ratio, the step of the jitter's Kronecker sequence.
 const INVERSE_GOLDEN_RATIO: f64 = 0.618_033_988_749_894_9;
 
-/// Wavelengths in nm, strictly ascending, each with the width of the cell it stands for.
+/// Wavelengths in nm, strictly ascending, each with the width of its cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WavelengthGrid {
     nm: Vec<f64>,
@@ -65,8 +65,8 @@ impl WavelengthGrid {
 
     /// The given wavelengths (nm, strictly ascending).
     ///
-    /// Each cell reaches half-way to the neighbours, and the first and last cell as far outwards as inwards. A
-    /// single wavelength has a cell of 1 nm. A list does not jitter.
+    /// Each cell extends half-way to its neighbours; the first and last cell are symmetric. A single wavelength has a cell
+    /// of 1 nm. A list is not jittered.
     ///
     /// # Errors
     /// [`Error::Value`] naming the wavelength that is outside [`LIMITS`], not finite or out of order, or the
@@ -95,8 +95,8 @@ impl WavelengthGrid {
         Ok(WavelengthGrid { nm, widths, range, layout: Layout::List })
     }
 
-    /// The wavelengths from `first` to `last` (nm), **both included**, `step` nm apart: the grid of published
-    /// tables. All cells are `step` wide, so they reach half a step beyond both ends. It does not jitter.
+    /// The wavelengths from `first` to `last` (nm), **both included**, `step` nm apart: the grid of published tables. All
+    /// cells are `step` wide, so they extend half a step beyond both ends. It is not jittered.
     ///
     /// ```
     /// let grid = spectral_core::wavelength::WavelengthGrid::stepped(380.0, 780.0, 5.0)?;
@@ -115,7 +115,7 @@ impl WavelengthGrid {
                 format!("the step must be positive and divide the range from {first} to {last} nm");
             return Err(Error::value("wavelength step", step, expected));
         }
-        // `as` saturates, and check_count refuses whatever is too large before anything is allocated.
+        // `as` saturates, and check_count refuses large numbers before anything is allocated.
         let count = (steps as usize).saturating_add(1);
         check_count(count)?;
         let mut grid = Self::list((0..count).map(|i| (first + step * i as f64).min(LIMITS[1])).collect())?;
@@ -126,7 +126,7 @@ impl WavelengthGrid {
 
     /// The grid for pixel sample `sample`: λᵢ = min + (i + u)·Δ with u = frac(½ + sample·φ⁻¹).
     ///
-    /// Cells, widths and range stay. Sample 0 is the midpoint grid, and a list stays as it is.
+    /// Cells, widths and range do not change. Sample 0 has the midpoint grid. A list does not change.
     #[must_use]
     pub fn jittered(&self, sample: u32) -> Self {
         self.shifted(0.5 + f64::from(sample) * INVERSE_GOLDEN_RATIO)
@@ -134,7 +134,7 @@ impl WavelengthGrid {
 
     /// The grid with its wavelengths at the fraction `offset` (modulo 1) of their cells: λᵢ = min + (i + offset)·Δ.
     ///
-    /// Cells, widths and range stay. At 0.5 it is the midpoint grid, and a list stays as it is.
+    /// Cells, widths and range do not change. At 0.5 it is the midpoint grid. A list does not change.
     #[must_use]
     pub fn shifted(&self, offset: f64) -> Self {
         match self.layout {
@@ -143,7 +143,7 @@ impl WavelengthGrid {
         }
     }
 
-    /// The same range in `count` cells, at most [`MAX_COUNT`]; a list stays as it is.
+    /// The same range in `count` cells, at most [`MAX_COUNT`]; a list does not change.
     #[must_use]
     pub fn with_count(&self, count: usize) -> Self {
         match self.layout {
@@ -186,14 +186,14 @@ impl WavelengthGrid {
     }
 }
 
-/// 32 cells over 380–740 nm: through gem absorptions its colours are within ΔE00 0.11 of a 1 nm grid's.
+/// 32 cells over 380–740 nm. With the absorptions of gems its colours are within ΔE00 0.11 of those of a 1 nm grid.
 impl Default for WavelengthGrid {
     fn default() -> Self {
         Self::cells([380.0, 740.0], 32, 0.5)
     }
 }
 
-/// Refuses a number of wavelengths that is zero or absurd.
+/// Refuses a number of wavelengths that is zero or too large.
 fn check_count(count: usize) -> Result<(), Error> {
     if (1..=MAX_COUNT).contains(&count) {
         return Ok(());
@@ -201,7 +201,7 @@ fn check_count(count: usize) -> Result<(), Error> {
     Err(Error::value("wavelength count", count, format!("give 1 to {MAX_COUNT} wavelengths")))
 }
 
-/// Refuses a wavelength outside [`LIMITS`], and names the likely mix-up of units.
+/// Refuses a wavelength outside [`LIMITS`], and names a likely confusion of units.
 fn check_wavelength(what: &str, nm: f64) -> Result<(), Error> {
     let [min, max] = LIMITS;
     if nm >= min && nm <= max {
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_lists_cells_meet_half_way_and_its_end_cells_are_symmetric() {
+    fn cells_of_a_list_meet_half_way_and_its_end_cells_are_symmetric() {
         let grid = WavelengthGrid::list(vec![400.0, 410.0, 440.0]).unwrap();
         assert_eq!((grid.widths(), grid.range()), (&[10.0, 20.0, 30.0][..], [395.0, 455.0]));
         assert_eq!(grid.jittered(5), grid);

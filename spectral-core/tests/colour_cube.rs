@@ -1,9 +1,12 @@
-//! Every colour of a dense cube and 10⁵ bright ones, through the iteration and the production representation.
+//! Every colour of a dense cube and 10⁵ bright ones, by the iteration and by the bases of the renderer.
 
 use spectral_core::cie::Illuminant;
 use spectral_core::color::Response;
 use spectral_core::upsample::{Stop, Upsampler, refine_smits};
 use spectral_core::wavelength::WavelengthGrid;
+
+mod support;
+use support::Random;
 
 /// The 33³ cube of linear sRGB.
 fn cube() -> impl Iterator<Item = [f64; 3]> {
@@ -12,16 +15,9 @@ fn cube() -> impl Iterator<Item = [f64; 3]> {
 
 /// 10⁵ colours whose components lie log-uniformly over ten decades, 10⁻⁴ to 10⁶, one in eight of them zero.
 fn bright() -> impl Iterator<Item = [f64; 3]> {
-    let mut state = 0x9e37_79b9_7f4a_7c15_u64;
-    let mut next = move || {
-        // splitmix64 (Steele, Lea & Flood 2014)
-        state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    };
-    let mut component = move || if next() < 0.125 { 0.0 } else { 10f64.powf(10.0 * next() - 4.0) };
+    let mut random = Random(0x9e37_79b9_7f4a_7c15);
+    let mut component =
+        move || if random.unit() < 0.125 { 0.0 } else { 10f64.powf(10.0 * random.unit() - 4.0) };
     (0..100_000).map(move |_| [component(), component(), component()])
 }
 
@@ -63,7 +59,7 @@ fn every_colour_converges_to_a_millionth_when_asked() {
 }
 
 #[test]
-fn the_production_representation_is_exact_on_every_usual_grid() {
+fn the_upsampler_is_exact_on_every_usual_grid() {
     let midpoints = |count| WavelengthGrid::midpoints([380.0, 740.0], count).unwrap();
     let grids = [
         WavelengthGrid::stepped(380.0, 780.0, 5.0).unwrap(),
@@ -84,25 +80,29 @@ fn the_production_representation_is_exact_on_every_usual_grid() {
     }
 }
 
+/// The upsamplers on 64 offsets of a grid.
+fn jittered(count: usize) -> impl Iterator<Item = Upsampler> {
+    (0..64).map(move |sample| {
+        let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap().jittered(sample);
+        Upsampler::new(&grid, &Response::new(&grid).unwrap()).unwrap()
+    })
+}
+
 #[test]
-fn seven_wavelengths_carry_exact_bases_at_every_jitter_offset() {
+fn seven_wavelengths_have_exact_bases_at_every_jitter_offset() {
     for count in [7, 8, 12, 16, 32] {
-        for sample in 0..64 {
-            let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap().jittered(sample);
-            let upsampler = Upsampler::new(&grid, &Response::new(&grid).unwrap()).unwrap();
-            assert!(upsampler.exact(), "{count} wavelengths, sample {sample}: {}", upsampler.residual());
+        for upsampler in jittered(count) {
+            assert!(upsampler.exact(), "{count} wavelengths: {}", upsampler.residual());
         }
     }
 }
 
 #[test]
-fn fewer_wavelengths_say_how_far_they_are_off() {
-    // (wavelengths, largest residual over 64 offsets): six lose the last digits, five and four some bases.
+fn fewer_wavelengths_report_their_error() {
+    // (wavelengths, largest residual over 64 offsets): six lose the last digits, five and four lose bases.
     for (count, largest) in [(6, 1e-6), (5, 0.7), (4, 1.7)] {
         let mut worst = 0f64;
-        for sample in 0..64 {
-            let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap().jittered(sample);
-            let upsampler = Upsampler::new(&grid, &Response::new(&grid).unwrap()).unwrap();
+        for upsampler in jittered(count) {
             assert!(upsampler.basis().iter().flatten().all(|x| x.is_finite() && *x >= 0.0));
             worst = worst.max(upsampler.residual());
         }

@@ -1,4 +1,4 @@
-//! RGB → spectrum against figures of an independent study; `data/colour/README.md` says what they are.
+//! RGB → spectrum against the figures of an independent study; see `data/colour/README.md`.
 
 use std::collections::HashMap;
 
@@ -7,7 +7,7 @@ use spectral_core::color::Response;
 use spectral_core::upsample::{Refinement, Stop, Upsampler, refine, refine_smits, smits};
 use spectral_core::wavelength::WavelengthGrid;
 
-/// A table: each column by its name.
+/// The columns of a table by name.
 struct Table(HashMap<String, Vec<String>>);
 
 impl Table {
@@ -37,7 +37,7 @@ fn roundtrip() -> Table {
     Table::parse(include_str!("data/colour/roundtrip.csv"))
 }
 
-/// The study's rows A and its D65n, which is scaled on this grid.
+/// The rows A of the study and its D65n, which is scaled on this grid.
 fn golden_response() -> ([Vec<f64>; 3], Vec<f64>) {
     let table = Table::parse(include_str!("data/colour/response_d65_5nm.csv"));
     (["Ar", "Ag", "Ab"].map(|c| table.numbers(c)), table.numbers("D65n"))
@@ -55,7 +55,7 @@ fn brightest(rgb: [f64; 3]) -> f64 {
 fn the_response_is_the_golden_one_in_the_scale_of_the_1_nm_d65() {
     let (golden, d65n) = golden_response();
     let response = Response::new(&grid()).unwrap();
-    // D65n is normalised on 5 nm there and on 1 nm here: one factor between them, and its inverse on the rows.
+    // D65n is normalised on 5 nm there and on 1 nm here: this is one factor, and its inverse on the rows.
     let d65 = Illuminant::D65.sample(&grid());
     let scale = d65n[0] / d65[0];
     assert!((scale - 1.0).abs() < 1e-4, "{scale}");
@@ -81,12 +81,12 @@ fn smits_boxes_are_the_golden_boxes() {
 }
 
 #[test]
-fn raw_smits_comes_back_as_wrong_as_the_study_found() {
+fn the_error_of_smits_bases_is_that_of_the_study() {
     let table = roundtrip();
     let response = Response::new(&grid()).unwrap();
     for (light, name) in [(Illuminant::D65, "xD65"), (Illuminant::E, "flat")] {
         let light = light.sample(&grid());
-        // A flat spectrum of 1 is measured there against D65n, which is larger by the scale of the test above.
+        // There a flat spectrum of 1 is relative to D65n, which is larger by the scale of the test above.
         let scale = if name == "flat" { golden_response().1[0] / Illuminant::D65.at(380.0) } else { 1.0 };
         let golden = table.rgb(&format!("raw_smits_boxes_{name}_"));
         for (rgb, expected) in table.rgb("").into_iter().zip(golden) {
@@ -99,7 +99,7 @@ fn raw_smits_comes_back_as_wrong_as_the_study_found() {
     }
 }
 
-/// Checks one method of the study against one run for each of its colours.
+/// Checks a method of the study for each of its colours.
 fn check_seed(name: &str, tolerance: f64, run: impl Fn([f64; 3]) -> (Refinement, [f64; 3])) {
     let table = roundtrip();
     let sweeps = table.numbers(&format!("iters_{name}"));
@@ -116,7 +116,7 @@ fn check_seed(name: &str, tolerance: f64, run: impl Fn([f64; 3]) -> (Refinement,
 }
 
 #[test]
-fn the_iteration_takes_the_golden_sweeps_to_the_golden_colours() {
+fn the_iteration_has_the_golden_sweeps_and_colours() {
     let response = Response::new(&grid()).unwrap();
     for (name, tolerance) in [("seed_xD65_tol4e-3", 4e-3), ("seed_xD65_tol1e-6", 1e-6)] {
         check_seed(name, tolerance, |rgb| {
@@ -129,7 +129,7 @@ fn the_iteration_takes_the_golden_sweeps_to_the_golden_colours() {
 }
 
 #[test]
-fn the_iteration_from_flat_bases_agrees_on_the_studys_own_rows() {
+fn the_iteration_from_flat_bases_agrees_with_the_rows_of_the_study() {
     let (rows, _) = golden_response();
     let rows = rows.each_ref().map(Vec::as_slice);
     check_seed("seed_flat_tol4e-3", 4e-3, |rgb| {
@@ -160,7 +160,7 @@ fn the_spectra_are_the_golden_spectra() {
         let spectrum = match method.as_str() {
             "seed_xD65_tol4e-3" => refined(rgb, 4e-3),
             "seed_xD65_tol1e-6" => refined(rgb, 1e-6),
-            // Where white takes part the study's differs: see the test of the bases.
+            // White differs in the study: see the test of the bases.
             "exact7" if rgb.contains(&0.0) => upsampler.spectrum(rgb),
             _ => continue,
         };
@@ -174,12 +174,12 @@ fn the_spectra_are_the_golden_spectra() {
 }
 
 #[test]
-fn the_production_bases_are_the_golden_refined_bases() {
+fn the_bases_are_the_golden_refined_bases() {
     let table = Table::parse(include_str!("data/colour/basis_refined_5nm.csv"));
     let response = Response::new(&grid()).unwrap();
     let upsampler = Upsampler::new(&grid(), &response).unwrap();
     let scale = golden_response().1[0] / Illuminant::D65.at(380.0);
-    // White differs on purpose: there it is Smits's nearly flat base refined, here D65 itself.
+    // White differs on purpose: there it is Smits's refined base, which is nearly flat; here it is D65 itself.
     let names = ["cyan", "magenta", "yellow", "red", "green", "blue"];
     for (name, base) in names.into_iter().zip(&upsampler.basis()[1..]) {
         for (i, golden) in table.numbers(name).into_iter().enumerate() {
@@ -193,7 +193,7 @@ fn the_production_bases_are_the_golden_refined_bases() {
 }
 
 #[test]
-fn the_production_representation_is_exact_for_every_golden_colour() {
+fn the_upsampler_is_exact_for_every_golden_colour() {
     let response = Response::new(&grid()).unwrap();
     let upsampler = Upsampler::new(&grid(), &response).unwrap();
     for rgb in roundtrip().rgb("") {

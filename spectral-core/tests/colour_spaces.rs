@@ -1,12 +1,12 @@
 //! The RGB spaces against matrices computed independently from the standards' primaries.
 
-use spectral_core::color::matrix::{Matrix, apply, product};
+use spectral_core::color::matrix::{IDENTITY, Matrix, apply, product};
 use spectral_core::color::{RgbSpace, rgb_to_xyz};
 
 /// A space, its RGB → XYZ under its own white, and its RGB → linear sRGB with Bradford adaptation.
 ///
-/// Computed in float64 from the primaries and whites of IEC 61966-2-1, SMPTE EG 432-1, ITU-R BT.2020 and
-/// S-2014-004 by an independent program; the XYZ matrices agree with those the standards print to their digits.
+/// Computed in float64 by an independent program from the primaries and whites of IEC 61966-2-1, SMPTE EG 432-1, ITU-R
+/// BT.2020 and S-2014-004. The XYZ matrices agree with those of the standards to the digits printed.
 const PUBLISHED: [(RgbSpace, Matrix, Matrix); 4] = [
     (
         RgbSpace::Srgb,
@@ -15,7 +15,7 @@ const PUBLISHED: [(RgbSpace, Matrix, Matrix); 4] = [
             [0.2126390058715103, 0.7151686787677559, 0.07219231536073371],
             [0.019330818715591825, 0.11919477979462596, 0.9505321522496607],
         ],
-        [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        IDENTITY,
     ),
     (
         RgbSpace::P3,
@@ -75,11 +75,10 @@ fn matrices_are_the_published_ones() {
 
 #[test]
 fn white_is_white_in_every_space_and_each_matrix_undoes_its_inverse() {
-    let identity = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
     let white = RgbSpace::Srgb.white_xyz();
     for space in RgbSpace::ALL {
-        assert_close(&product(&space.to_xyz(), &space.from_xyz()), &identity, space.name());
-        assert_close(&product(&space.to_linear_srgb(), &space.from_linear_srgb()), &identity, space.name());
+        assert_close(&product(&space.to_xyz(), &space.from_xyz()), &IDENTITY, space.name());
+        assert_close(&product(&space.to_linear_srgb(), &space.from_linear_srgb()), &IDENTITY, space.name());
         let shown = apply(&space.from_xyz(), white);
         let expected = if space == RgbSpace::Xyz { white } else { [1.0; 3] };
         assert!((0..3).all(|c| (shown[c] - expected[c]).abs() < 1e-14), "{}: {shown:?}", space.name());

@@ -1,11 +1,11 @@
-//! Cuts against exact solids, the sample designs and random half-spaces.
+//! Cuts: exact solids, sample designs and random half-spaces.
 
 use glam::{DMat3, DVec3};
 use spectral_core::cut::{Cut, CutFacet, Proportions};
 use spectral_core::mesh::{Mesh, Plane};
 
-mod geometry_support;
-use geometry_support::{Random, check_mesh, read_asc, sample};
+mod support;
+use support::{Random, check_mesh, read_asc, sample};
 
 fn cut(planes: &[(DVec3, f64)]) -> Cut {
     let facets = planes.iter().map(|&(n, d)| Plane::new(n, d).unwrap().into()).collect();
@@ -96,9 +96,9 @@ fn facets_that_miss_or_repeat_are_left_out_and_reported() {
     planes.push((DVec3::X, 1.0));
     let (mesh, warnings) = cut(&planes).solid().unwrap();
     assert_eq!(mesh.facets().len(), 6);
-    let text: Vec<String> = warnings.iter().map(|w| w.to_string()).collect();
-    assert!(text.iter().any(|w| w.contains("facet 8 repeats facet 1")), "{text:?}");
-    assert!(text.iter().any(|w| w.contains("left out: facet 7")), "{text:?}");
+    for part in ["facet 8 repeats facet 1", "left out: facet 7"] {
+        assert!(warnings.iter().any(|w| w.message.contains(part)), "{warnings:?}");
+    }
 }
 
 #[test]
@@ -190,7 +190,7 @@ fn a_cone_of_many_facets_meets_in_a_point() {
         mesh.positions().len()
     };
     assert_eq!(cone(0.0), 201);
-    // In a file with ten decimals; neighbours 1.8° apart part from the apex by more than they err.
+    // With ten decimals: the neighbours, 1.8° apart, miss the apex by more than their error.
     assert!(cone(1e-10) < 205);
 }
 
@@ -204,7 +204,7 @@ fn a_sphere_of_two_thousand_planes_closes() {
     assert!(mesh.volume() > ball && mesh.volume() < 1.01 * ball);
 }
 
-/// Half-spaces of every kind: in general position, repeated, parallel, through one point, nearly equal.
+/// Half-spaces in general position, repeated, parallel, through one point, or nearly equal.
 fn random_planes(random: &mut Random) -> Vec<(DVec3, f64)> {
     let count = 1 + (random.unit() * 40.0) as usize;
     let kind = (random.unit() * 5.0) as u32;
@@ -229,7 +229,7 @@ fn random_planes(random: &mut Random) -> Vec<(DVec3, f64)> {
 }
 
 #[test]
-fn random_half_spaces_close_or_say_why() {
+fn random_half_spaces_close_or_give_a_reason() {
     let mut random = Random(1);
     let (mut closed, mut confused) = (0, 0);
     for _ in 0..10_000 {
@@ -251,7 +251,7 @@ fn random_half_spaces_close_or_say_why() {
 
 #[test]
 fn published_designs_with_small_errors_close() {
-    // Offsets and angles as a person types them: rounded, so that meets miss by 1e-6 to 1e-2.
+    // Rounded offsets and angles, so that meets are off by 1e-10 to 1e-2.
     let mut random = Random(3);
     for name in ["srb_diamond_57", "emerald_step_49", "portuguese_161"] {
         let exact = read_asc(&sample(name));

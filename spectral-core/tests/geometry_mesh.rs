@@ -7,8 +7,8 @@ use spectral_core::mesh::{Mesh, MeshOptions};
 use spectral_core::shape::RoundBrilliant;
 use spectral_core::{Error, Warning};
 
-mod geometry_support;
-use geometry_support::{Random, check_mesh};
+mod support;
+use support::{Random, check_mesh};
 
 type Triangles = (Vec<DVec3>, Vec<[u32; 3]>);
 
@@ -68,7 +68,7 @@ fn torus(n: u32, m: u32) -> Triangles {
     })
 }
 
-/// The octahedron with each side split into `n`, blown up to the unit sphere after `shape` has moved each vertex.
+/// An octahedron with each side divided into `n`, projected onto the unit sphere, after which `shape` moves each vertex.
 fn ball(n: u32, shape: impl Fn(DVec3) -> DVec3) -> Triangles {
     let mut mesh = (Vec::new(), Vec::new());
     for octant in 0..8_u32 {
@@ -109,10 +109,8 @@ fn a_cube_has_six_facets_whether_shared_or_loose() {
         check_mesh(&cube);
         let (low, high) = cube.bounds();
         let side = (high - low).x;
-        assert!(
-            (cube.volume() / side.powi(3) - 1.0).abs() < 1e-9
-                && (cube.area() / side.powi(2) - 6.0).abs() < 1e-8
-        );
+        assert!((cube.volume() / side.powi(3) - 1.0).abs() < 1e-9);
+        assert!((cube.area() / side.powi(2) - 6.0).abs() < 1e-8);
     }
 }
 
@@ -129,7 +127,7 @@ fn rounding_between_loose_triangles_is_closed() {
 }
 
 #[test]
-fn exact_planes_come_back_from_a_brilliant_in_nine_decimals() {
+fn the_planes_of_a_brilliant_are_recovered_from_nine_decimals() {
     let (exact, _) = RoundBrilliant::default().cut().unwrap().solid().unwrap();
     let round = |x: f64| (x * 2e9).round() / 2e9;
     for digits in [false, true] {
@@ -154,7 +152,7 @@ fn exact_planes_come_back_from_a_brilliant_in_nine_decimals() {
 
 #[test]
 fn a_noisy_subdivided_cube_still_has_six_facets() {
-    // A scan: 25 × 25 points a face, each off its plane by up to 1e-6 of the side.
+    // Like a scan: 25 × 25 points a face, each up to 1e-6 of the side from its plane.
     let mut random = Random(4);
     let mut square = (Vec::new(), Vec::new());
     let n = 24_u32;
@@ -184,8 +182,8 @@ fn a_noisy_subdivided_cube_still_has_six_facets() {
 }
 
 #[test]
-fn smooth_surfaces_keep_a_facet_a_triangle() {
-    // Lopsided, so that symmetry makes no two triangles coplanar; some still are to within 0.1° by chance.
+fn triangles_of_smooth_surfaces_are_separate_facets() {
+    // Asymmetric, so that no two triangles are coplanar by symmetry; some still are within 0.1° by chance.
     let (stone, _) = build(&ball(60, |p| p * (1.0 + 0.2 * p.x + 0.1 * p.y * p.z))).unwrap();
     let (facets, triangles) = (stone.facets().len(), stone.triangles().len());
     assert!(facets > triangles * 9 / 10, "{facets} of {triangles}");
@@ -217,11 +215,11 @@ fn globe(n: u32, m: u32, shape: impl Fn(DVec3) -> DVec3) -> Triangles {
 }
 
 #[test]
-fn convexity_tells_a_sphere_from_a_torus_a_dent_and_two_stones() {
+fn a_sphere_is_convex_and_a_torus_a_dent_and_two_stones_are_not() {
     assert!(build(&globe(40, 80, |p| p)).unwrap().0.is_convex());
     assert!(!build(&torus(40, 20)).unwrap().0.is_convex());
-    // A flat end with a shallow hollow: between neighbours the surface bends by far less than the tolerance, and only
-    // the rim against the far side of the hollow shows it.
+    // A flat end with a shallow hollow: between neighbours the surface bends by much less than the tolerance. Only the rim
+    // relative to the other side of the hollow shows it.
     let hollow = |depth: f64| {
         move |p: DVec3| {
             let r2 = (p.x * p.x + p.y * p.y) / 0.75;
@@ -294,7 +292,7 @@ fn triangles_without_area_are_left_out() {
 
 #[test]
 fn a_triangle_that_fills_a_t_junction_is_kept() {
-    // One face has the middle of an edge as a vertex, its neighbour has not; a triangle without area lies between.
+    // One face has a vertex in the middle of an edge, its neighbour has not. A triangle without area lies between them.
     let mut mesh = cube();
     mesh.0.push(DVec3::new(0.5, 0.0, 0.0));
     let side = mesh.1.iter().position(|t| t.contains(&0) && t.contains(&1) && t.contains(&5)).unwrap();
@@ -325,7 +323,7 @@ fn open_and_non_manifold_meshes_are_refused_with_the_place() {
 
 #[test]
 fn one_sided_surfaces_are_refused() {
-    // The Klein bottle, immersed: wrapping the second way round turns the first over.
+    // An immersed Klein bottle: wrapping in the second direction reverses the first.
     let (n, m) = (24, 12_u32);
     let mut bottle = wrapped(n, m, |u, v| {
         let (a, b) = (TAU * u, TAU * (v + 0.5 / f64::from(m)));
@@ -363,9 +361,8 @@ fn bad_figures_are_named() {
     let flat = (cube().0, vec![[0, 1, 3], [3, 1, 0], [0, 3, 2], [2, 3, 0]]);
     assert!(message(&flat).contains("no volume"));
     let options = MeshOptions { weld: -1.0, ..MeshOptions::default() };
-    assert!(
-        Mesh::from_triangles(cube().0, cube().1, &options).unwrap_err().to_string().starts_with("weld: -1")
-    );
+    let error = Mesh::from_triangles(cube().0, cube().1, &options).unwrap_err();
+    assert!(error.to_string().starts_with("weld: -1"));
 }
 
 #[test]
@@ -407,6 +404,6 @@ fn a_million_triangles_take_about_a_second() {
     let (sphere, _) = build(&mesh).unwrap();
     let seconds = start.elapsed().as_secs_f64();
     println!("{} triangles, {} facets: {seconds:.2} s", sphere.triangles().len(), sphere.facets().len());
-    // A shared machine may be several times slower than an idle one; quadratic work would take hours.
+    // A busy machine may be several times slower than an idle one; quadratic time would be hours.
     assert!(seconds < 60.0 && sphere.is_convex());
 }

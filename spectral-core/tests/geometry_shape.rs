@@ -4,10 +4,10 @@ use glam::DVec3;
 use spectral_core::cut::{Cut, Proportions};
 use spectral_core::shape::{Portuguese, RoundBrilliant, ShapeSpec, Step};
 
-mod geometry_support;
-use geometry_support::{Random, check_mesh, read_asc, sample};
+mod support;
+use support::{Random, check_mesh, read_asc, sample};
 
-/// The designs have girdle radius 1, the shapes width 1. Every plane of one must be a plane of the other.
+/// Checks that every plane of one is a plane of the other. The designs have girdle radius 1, the shapes width 1.
 fn same_planes(shape: &Cut, design: &Cut) {
     assert_eq!(shape.facets.len(), design.facets.len());
     for facet in &shape.facets {
@@ -58,7 +58,7 @@ fn every_shape_closes_with_width_one_and_all_its_facets() {
         assert!(warnings.is_empty(), "{name}: {warnings:?}");
         check_mesh(&mesh);
         assert_eq!(mesh.facets().len(), facets, "{name}");
-        // Exact meets: mesh and planes are the same solid.
+        // Meets are exact: mesh and planes describe the same solid.
         for (triangle, &k) in mesh.triangles().iter().zip(mesh.facet_of()) {
             for &v in triangle {
                 let gap = mesh.facets()[k as usize].plane.distance(mesh.positions()[v as usize]);
@@ -108,7 +108,7 @@ fn scene_files_name_shapes() {
 }
 
 #[test]
-fn parameters_out_of_range_say_what_would_do() {
+fn parameters_out_of_range_are_refused_with_the_range() {
     let message = |cut: Result<Cut, spectral_core::Error>| cut.unwrap_err().to_string();
     let brilliant = RoundBrilliant::default;
     let wrong = [

@@ -1,4 +1,4 @@
-//! The kernel is valid WGSL in every form, and its structures lie as the Rust twins say.
+//! The kernel is valid WGSL in every form, and its structures have the layout of their Rust counterparts.
 
 use naga::{
     Module, TypeInner,
@@ -65,7 +65,7 @@ fn the_table_of_outlines_lists_each_facets_neighbours() {
         let [begin, end] = [facet, facet + 1].map(|place| facets.outlines[place] as usize);
         &facets.outlines[begin..end]
     };
-    // Each wall meets the other walls and both ends, each end the three walls.
+    // Each side face meets the other side faces and both ends, each end the three side faces.
     let sizes: Vec<_> = (0..5).map(|facet| list(facet).len()).collect();
     assert_eq!(sizes.iter().filter(|size| **size == 4).count(), 3);
     assert_eq!(sizes.iter().filter(|size| **size == 3).count(), 2);
@@ -135,7 +135,7 @@ macro_rules! same_layout {
 }
 
 #[test]
-fn structures_lie_as_their_twins() {
+fn structures_have_the_layout_of_their_counterparts() {
     for form in forms() {
         let trace = parsed(&form.trace_facets(&facets(32, Guess::Start)));
         let tree = parsed(&(ENABLE_RAY_QUERY.to_owned() + &form.trace(INTERSECT_RAY_QUERY)));

@@ -1,4 +1,4 @@
-//! The catalogue against independently computed indices, its sources, colours and names; scene tables.
+//! The catalogue: independently computed indices, sources, colours and names; materials in scene files.
 
 use spectral_core::absorption::{Absorption, Term};
 use spectral_core::cie::Illuminant;
@@ -9,8 +9,8 @@ use spectral_core::spectrum::Tabulated;
 use spectral_core::wavelength::WavelengthGrid;
 use spectral_core::{Error, Warning};
 
-/// n at B, C, D, d, e, F, g, G, h, evaluated apart from this program to five decimals from the published
-/// coefficients; not a number where the line lies outside the fit.
+/// n at B, C, D, d, e, F, g, G, h to five decimals, computed by another program from the published coefficients; NaN if the
+/// line lies outside the fit.
 #[rustfmt::skip]
 const INDICES: [(&str, [f64; 9]); 15] = [
     ("chrysoberyl", [1.73857, 1.73971, 1.74273, 1.74282, 1.74522, 1.74976, 1.75508, 1.75572, 1.75946]),
@@ -80,16 +80,13 @@ fn indices_at_the_fraunhofer_lines() {
 }
 
 #[test]
-fn gem_dispersion_is_the_textbook_s() {
+fn gem_dispersion_is_that_of_textbooks() {
     for (name, textbook) in
         [("diamond", 0.044), ("corundum", 0.018), ("cubic-zirconia", 0.060), ("yag", 0.028)]
     {
         let Kind::Dielectric { dispersion, .. } = &material(name).kind else { panic!("{name} is no metal") };
-        assert!(
-            (dispersion.dispersion_bg() - textbook).abs() < 1e-3,
-            "{name}: {}",
-            dispersion.dispersion_bg()
-        );
+        let found = dispersion.dispersion_bg();
+        assert!((found - textbook).abs() < 1e-3, "{name}: {found}");
     }
     let Kind::Dielectric { dispersion, .. } = &material("n-bk7").kind else { panic!() };
     assert!((dispersion.abbe_number() - 64.17).abs() < 0.01);
@@ -116,31 +113,11 @@ fn every_material_has_sources_and_passes_its_check() {
 }
 
 #[test]
-fn everything_asked_for_is_there() {
+fn every_expected_material_is_there() {
     let catalogue = Catalogue::builtin();
-    for name in [
-        "diamond",
-        "moissanite",
-        "corundum",
-        "ruby",
-        "sapphire",
-        "spinel",
-        "quartz",
-        "amethyst",
-        "citrine",
-        "beryl",
-        "emerald",
-        "topaz",
-        "zircon",
-        "cubic-zirconia",
-        "yag",
-        "n-bk7",
-        "gold",
-        "silver",
-        "platinum",
-        "copper",
-        "rose-gold",
-    ] {
+    let names = "diamond moissanite corundum ruby sapphire spinel quartz amethyst citrine beryl emerald topaz zircon \
+        cubic-zirconia yag n-bk7 gold silver platinum copper rose-gold";
+    for name in names.split(' ') {
         assert_eq!(catalogue.get(name).unwrap().name, name);
     }
     for (alias, name) in
@@ -153,7 +130,7 @@ fn everything_asked_for_is_there() {
     assert!(catalogue.get("granite").unwrap_err().to_string().contains("valid: amethyst, aquamarine"));
 }
 
-/// Encoded sRGB (0–1, clipped) and luminance of D65 through `mm` of a stone, surfaces left out.
+/// Encoded sRGB (0–1, clipped) and luminance of D65 through `mm` of a stone, without surfaces.
 fn slab(material: &Material, mm: f64) -> ([f64; 3], f64) {
     let grid = WavelengthGrid::stepped(380.0, 780.0, 1.0).unwrap();
     let light: Vec<f64> =
@@ -299,7 +276,7 @@ fn rose_gold_is_the_mean_of_its_metals_permittivities_by_volume() {
     let volume: f64 = parts.iter().map(|(_, mass, density)| mass / density).sum();
     let alloy = material("rose-gold");
     assert!(alloy.is_conductor() && alloy.is_approximate());
-    // At rows of the table: between them n and k are joined by straight lines, and squares are not.
+    // At rows of the table, since n and k are interpolated linearly between them, but not their squares.
     for nm in [381.5, 450.9, 520.9, 582.1, 659.5, 756.0] {
         let square = |m: &Material| {
             let (n, k) = (m.index(nm), m.extinction(nm));

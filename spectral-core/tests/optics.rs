@@ -37,7 +37,7 @@ fn normal_incidence() {
             near(event.reflectance(), reflectance, 5e-9, name);
             near(event.reflectance(), ((n - 1.0) / (n + 1.0)).powi(2), 1e-15, name);
             assert_eq!(event.cos_t, 1.0);
-            // r_p = −r_s where e_p turns round with the light.
+            // r_p = −r_s, since e_p reverses with the light.
             near(event.reflected_cross[0], -event.reflectance(), 1e-15, name);
         }
     }
@@ -51,7 +51,7 @@ fn brewster_from_both_sides() {
             near(angle.to_degrees(), tabulated, 5e-6, name);
             let event = dielectric(angle.cos(), eta);
             assert!(event.reflectance_p < 1e-12, "{name}: {}", event.reflectance_p);
-            // There R_s = cos²(2θ_B): the reflected and the refracted ray are at right angles.
+            // There R_s = cos²(2θ_B), since the reflected and the refracted ray are perpendicular.
             near(event.reflectance_s, (2.0 * angle).cos().powi(2), 1e-14, name);
         }
     }
@@ -102,7 +102,7 @@ fn phase_is_continuous_at_the_critical_angle() {
 
 #[test]
 fn a_conductor_without_absorption_is_a_dielectric() {
-    // One formula with complex indices against two with real ones: amplitudes, phases and all.
+    // One formula with complex indices against two with real ones, with amplitudes and phases.
     for (n1, n2) in [(1.0, 1.5168), (1.5168, 1.0), (2.41726, 1.33)] {
         for i in 0..=90 {
             let cos = cos_degrees(f64::from(i));
@@ -134,7 +134,7 @@ fn metals() {
     assert!(shine(450.0) < 0.45 && shine(650.0) > 0.94, "gold is yellow: {} {}", shine(450.0), shine(650.0));
 }
 
-/// Everything that must hold of any event.
+/// Checks the invariants of any event.
 fn check_bounds(event: &Fresnel<f64>, what: &str) {
     for energy in [event.reflectance_s, event.reflectance_p, event.transmittance_s, event.transmittance_p] {
         assert!((0.0..=1.0).contains(&energy), "{what}: {event:?}");
@@ -145,7 +145,7 @@ fn check_bounds(event: &Fresnel<f64>, what: &str) {
 }
 
 #[test]
-fn energy_is_shared_exactly_from_normal_to_grazing() {
+fn energy_is_conserved_exactly_from_normal_to_grazing() {
     for n in [1.0, 1.0 + 1e-15, 1.000001, 1.3, 1.5168, 2.41726, 2.9, 10.0] {
         for eta in [n, 1.0 / n] {
             for i in 0..=2000 {
@@ -167,7 +167,7 @@ fn energy_is_shared_exactly_from_normal_to_grazing() {
 
 #[test]
 fn single_precision_agrees_with_double() {
-    // The same inputs in both precisions, also next to the critical angle, where naive f32 loses 3e-4.
+    // The same inputs in both precisions, also near the critical angle, where simple f32 formulas lose 3e-4.
     for n in [1.5168_f32, 1.76808, 2.41726] {
         for i in 0..=100_000 {
             let cos = i as f32 * 1e-5;
@@ -193,8 +193,8 @@ fn integral(f: impl Fn(f64) -> f64) -> f64 {
 
 #[test]
 fn hemispherical_reflectance() {
-    // Under diffuse light 1 − R_internal = (1 − R_external)/n²: what enters a stone in a uniform light must
-    // leave it, or the stone would not vanish there.
+    // Under diffuse light 1 − R_internal = (1 − R_external)/n²: in uniform light, the light that enters a stone must leave
+    // it, or the stone would not be invisible.
     for (n, external, internal) in
         [(1.5168, 0.09424, 0.606308), (1.768, 0.129694, 0.721576), (2.41726, 0.212218, 0.865178)]
     {
@@ -206,8 +206,8 @@ fn hemispherical_reflectance() {
     }
 }
 
-/// Transmittance of a plane slab at `angle` degrees by summing inner reflections one by one, polarised and
-/// scalar; `inner` is what absorption leaves of the light on one way through.
+/// Transmittance of a plane slab at `angle` degrees, polarised and scalar, as a sum over inner reflections; `inner` is the
+/// internal transmittance of one pass.
 fn slab(n: f64, angle: f64, inner: f64) -> (f64, f64) {
     let entry = dielectric(cos_degrees(angle), 1.0 / n);
     let exit = dielectric(entry.cos_t, n);
@@ -258,8 +258,8 @@ fn absorbing_slab() {
     near(r + r * inner * closed, 0.08026048, 5e-9, "reflectance");
 }
 
-/// Deviation in radians of a ray through a prism of apex `apex` radians: a 2-D trace with Snell's law as the
-/// Fresnel formulas report it.
+/// Deviation in radians of a ray through a prism of apex `apex` radians: a 2-D trace with Snell's law from the Fresnel
+/// formulas.
 fn deviation(n: f64, apex: f64, incidence: f64) -> Option<f64> {
     let inside = dielectric(incidence.cos(), 1.0 / n).cos_t.acos();
     let second = apex - inside;

@@ -1,4 +1,4 @@
-//! Batches on a device that fails: its finished pixels stay, and a sound one carries on.
+//! Batches on a device that fails: finished pixels are kept, and another device completes the picture.
 
 use spectral_core::{
     Error,
@@ -15,19 +15,19 @@ use spectral_core::{
 use std::ops::ControlFlow;
 use std::time::Duration;
 
-/// What happens at a call.
+/// The fault of a device.
 #[derive(Clone, Copy)]
 enum Fault {
     None,
-    /// The batch after so many is refused.
+    /// The device has no memory for the next batch after this many.
     Full(u32),
-    /// The batch after so many ends with this message.
+    /// The next batch after this many ends with this message.
     Ends(u32, &'static str),
-    /// The batch after so many never ends.
+    /// The next batch after this many never ends.
     Hangs(u32),
 }
 
-/// Shows each pixel as its number, and takes its time over it: a batch is done when it is asked for the second time.
+/// Gives each pixel its number as colour. A batch is finished when it is asked for the second time.
 struct Fake {
     plan: Plan,
     under_way: Vec<Option<(Vec<u32>, u32)>>,
@@ -95,7 +95,7 @@ fn trace(
 }
 
 #[test]
-fn finished_pixels_stay_and_are_counted_and_another_device_carries_on() {
+fn finished_pixels_are_kept_and_counted_and_another_device_completes_the_picture() {
     let [subject, _] = subjects().expect("valid scenes");
     let mut whole = Film::new(&subject.scene);
     let report = trace(&mut whole, Fault::None, 8).expect("no fault");
@@ -106,10 +106,10 @@ fn finished_pixels_stay_and_are_counted_and_another_device_carries_on() {
         (Fault::Hangs(3), "fake: the kernel has not ended after 0.02 seconds"),
     ] {
         let mut film = Film::new(&subject.scene);
-        // Batches of four pixels: one by itself, then three under way, of which the last is the one.
+        // Batches of four pixels: one by itself, then three in flight, of which the last one fails.
         let failure = trace(&mut film, fault, 2).expect_err("a fault");
         assert_eq!(failure.to_string(), message);
-        let kept = u64::from((0..64).map(|i| film.samples(i % 8, i / 8)).sum::<u32>());
+        let kept = film.total_samples();
         assert!((kept, failure.report.rays) == (4, 12) && !failure.report.finished, "{kept} pixels");
         assert_eq!(failure.report.energy.started, 12.0);
         let rest = trace(&mut film, Fault::None, 3).expect("no fault");

@@ -1,14 +1,14 @@
 //! Measures every GPU of this machine: `scripts/gpu.sh` runs it.
 //!
-//! `gpu FOLDER [small]` writes `gpu.json` and `gpu.md` into the folder. Whatever fails is a line in the report, and the
-//! rest goes on. `small` does everything at a tiny size, to try it on a software driver.
+//! `gpu FOLDER [small]` writes `gpu.json` and `gpu.md` to the folder. A failure is a line of the report, and the other steps
+//! continue. With `small`, all pictures are tiny, for trials on a software driver.
 
 use backend_cpu::CPU;
 use backend_wgpu::{Gpu, adapters};
 use gemtrace_tests::{
-    agreement::Agreement,
-    device::{Way, ways},
-    gallery::gallery,
+    agreement::Comparison,
+    cases::cases,
+    device::{Target, targets},
     gpu::{Row, map, row},
     scene::{eye, gem, material, scene},
 };
@@ -30,9 +30,9 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, mpsc};
 use std::time::{Duration, Instant};
 
-/// A step that takes longer is left behind.
+/// A step that takes longer is abandoned.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Multiply-adds that a surface event needs, by count: what the physics asks for, without searches.
+/// Multiply-adds of a surface event, counted: Fresnel, Stokes and directions, without searches.
 const EVENT: f64 = 224.0;
 
 fn main() {
@@ -40,7 +40,8 @@ fn main() {
     let [folder, rest @ ..] = arguments.as_slice() else { panic!("gpu FOLDER [small]") };
     let small = rest.iter().any(|word| word == "small");
     let mut report = Report { lines: Vec::new(), values: Vec::new() };
-    let entrants: Vec<Entrant> = measured().iter().filter_map(|way| Entrant::new(way, &mut report)).collect();
+    let entrants: Vec<Entrant> =
+        measured().iter().filter_map(|target| Entrant::new(target, &mut report)).collect();
     agreement(&entrants, &mut report);
     speed(&entrants, small, &mut report);
     for adapter in adapters() {
@@ -55,7 +56,7 @@ fn main() {
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// An open device by one way to find surfaces.
+/// An open device with one form of intersection.
 #[derive(Clone)]
 struct Entrant {
     name: String,
@@ -63,11 +64,11 @@ struct Entrant {
 }
 
 impl Entrant {
-    /// Opens a way, or reports why not.
-    fn new(way: &Way, report: &mut Report) -> Option<Self> {
-        let (place, opened) = (Arc::new(Mutex::new(None)), way.clone());
+    /// Opens a target, or reports why not.
+    fn new(target: &Target, report: &mut Report) -> Option<Self> {
+        let (place, opened) = (Arc::new(Mutex::new(None)), target.clone());
         let device = place.clone();
-        report.step("device", &way.name, move || {
+        report.step("device", &target.name, move || {
             let start = Instant::now();
             let mut open = (opened.backend.open)(&opened.device, &OpenOptions::default())?;
             open.load(prepared(&diamond([8, 8]), &settings(8, 1)))?;
@@ -76,7 +77,7 @@ impl Entrant {
             Ok(json!({ "name": name, "driver": driver, "open_ms": start.elapsed().as_millis() as u64 }))
         });
         let device = place.try_lock().ok()?.take()?;
-        Some(Entrant { name: way.name.clone(), device: Arc::new(Mutex::new(device)) })
+        Some(Entrant { name: target.name.clone(), device: Arc::new(Mutex::new(device)) })
     }
 }
 
@@ -86,7 +87,7 @@ struct Report {
 }
 
 impl Report {
-    /// Runs a step in a thread of its own, which is left behind if it hangs.
+    /// Runs a step in a thread of its own, which is abandoned if it hangs.
     fn step(&mut self, what: &str, who: &str, run: impl FnOnce() -> Result<Value, Failure> + Send + 'static) {
         let (sender, receiver) = mpsc::channel();
         let thread = std::thread::spawn(move || {
@@ -118,17 +119,19 @@ impl Report {
     }
 }
 
-/// Every way to render but the processor's, and every way of guessing facets.
-fn measured() -> Vec<Way> {
-    let mut all: Vec<Way> = ways().0.into_iter().filter(|way| way.backend.name != CPU.name).collect();
+/// Every target except the processor, and every form of guessing facets.
+fn measured() -> Vec<Target> {
+    let mut all: Vec<Target> =
+        targets().0.into_iter().filter(|target| target.backend.name != CPU.name).collect();
     for (name, guessing) in [
         ("wgpu", backend_wgpu::guessing as fn(Guess) -> spectral_core::tracer::Backend),
         ("vulkan", backend_vulkan::guessing),
     ] {
         for guess in Guess::ALL {
             let backend = guessing(guess);
-            let way = |device| Way { name: format!("{name}, guessing {}", guess.name()), backend, device };
-            all.extend((backend.devices)().into_iter().map(way));
+            let named =
+                |device| Target { name: format!("{name}, guessing {}", guess.name()), backend, device };
+            all.extend((backend.devices)().into_iter().map(named));
         }
     }
     all
@@ -158,11 +161,11 @@ fn settings(lines: usize, samples: u32) -> RenderSettings {
 
 /// Renders once to warm up, then `runs` times: the median time, the last report and film.
 fn timed(
-    way: &Entrant,
+    entrant: &Entrant,
     scene: &Arc<PreparedScene>,
     runs: usize,
 ) -> Result<(f64, TraceReport, Film), Failure> {
-    let mut device = way.device.try_lock().map_err(|_| "an earlier step still has the device")?;
+    let mut device = entrant.device.try_lock().map_err(|_| "an earlier step still has the device")?;
     let mut tracer = device.load(scene.clone())?;
     let mut times = Vec::new();
     let mut last = None;
@@ -180,31 +183,31 @@ fn timed(
     Ok((times[times.len() / 2], report, film))
 }
 
-/// Every way against the processor on every scene of the gallery: one line a way.
-fn agreement(ways: &[Entrant], report: &mut Report) {
+/// Every entrant against the processor on all cases: one line for each entrant.
+fn agreement(entrants: &[Entrant], report: &mut Report) {
     let cpu = processor();
-    let scenes: Vec<_> = gallery().into_iter().map(|e| (prepared(&e.scene, &e.settings), e)).collect();
+    let scenes: Vec<_> = cases().into_iter().map(|e| (prepared(&e.scene, &e.settings), e)).collect();
     let films: Vec<_> =
         scenes.iter().map(|(s, _)| timed(&cpu, s, 1).expect("the processor works").2).collect();
-    let cases = Arc::new(scenes.into_iter().zip(films).collect::<Vec<_>>());
-    for way in ways.iter().cloned() {
-        let cases = cases.clone();
-        report.step("agreement with the processor", &way.name.clone(), move || {
+    let films = Arc::new(scenes.into_iter().zip(films).collect::<Vec<_>>());
+    for entrant in entrants.iter().cloned() {
+        let films = films.clone();
+        report.step("agreement with the processor", &entrant.name.clone(), move || {
             let (mut off, mut worst) = (Vec::new(), 0.0f64);
-            for ((scene, exhibit), expected) in cases.iter() {
-                let (_, _, found) = timed(&way, scene, 1)?;
-                let agreement = Agreement::of(exhibit, expected, &found);
-                worst = worst.max(agreement.found.median);
-                if !agreement.holds() {
-                    off.push(format!("{}: {agreement}", exhibit.name));
+            for ((scene, case), expected) in films.iter() {
+                let (_, _, found) = timed(&entrant, scene, 1)?;
+                let comparison = Comparison::of(case, expected, &found);
+                worst = worst.max(comparison.found.median);
+                if !comparison.holds() {
+                    off.push(format!("{}: {comparison}", case.name));
                 }
             }
-            Ok(json!({ "scenes": cases.len(), "largest_median": worst, "off": off }))
+            Ok(json!({ "scenes": films.len(), "largest_median": worst, "off": off }))
         });
     }
 }
 
-fn speed(ways: &[Entrant], small: bool, report: &mut Report) {
+fn speed(entrants: &[Entrant], small: bool, report: &mut Report) {
     let sizes = if small { [[24, 16], [32, 24]] } else { [[512, 512], [1920, 1080]] };
     let cpu = processor();
     let [little, large] = sizes;
@@ -218,10 +221,10 @@ fn speed(ways: &[Entrant], small: bool, report: &mut Report) {
     ];
     for (what, scene, settings) in subjects {
         let scene = prepared(&scene, &settings);
-        for way in std::iter::once(&cpu).chain(ways).cloned() {
+        for entrant in std::iter::once(&cpu).chain(entrants).cloned() {
             let scene = scene.clone();
-            report.step(what, &way.name.clone(), move || {
-                let (seconds, report, _) = timed(&way, &scene, 3)?;
+            report.step(what, &entrant.name.clone(), move || {
+                let (seconds, report, _) = timed(&entrant, &scene, 3)?;
                 let samples =
                     f64::from(scene.width) * f64::from(scene.height) * f64::from(scene.settings.samples);
                 Ok(json!({
@@ -236,7 +239,7 @@ fn speed(ways: &[Entrant], small: bool, report: &mut Report) {
     }
 }
 
-/// Multiply-adds a second in one kernel of nothing else: eight independent chains an invocation.
+/// Multiply-adds a second in a kernel that does nothing else: eight independent chains for each invocation.
 fn peak(gpu: &Gpu, small: bool) -> f64 {
     let turns = if small { 16 } else { 1 << 20 };
     let rows: Vec<Row> = vec![row(&[1.0, 0.5]); if small { 64 } else { 1 << 18 }];
@@ -251,7 +254,7 @@ fn peak(gpu: &Gpu, small: bool) -> f64 {
         start.elapsed().as_secs_f64()
     };
     run(&rows[..64]);
-    // What uploading and reading back takes is in both.
+    // Both include the time of uploading and reading back.
     let (short, long) = (run(&rows[..rows.len() / 2]), run(&rows));
     rows.len() as f64 / 2.0 * f64::from(turns) * 16.0 / (long - short).max(1e-9)
 }

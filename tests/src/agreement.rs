@@ -1,6 +1,7 @@
-//! How far a backend's picture is from the oracle's, and what is left of it when it is too far.
+//! The comparison of a backend's picture with the reference picture, and its files if the two differ too much.
 
-use crate::gallery::{Exhibit, MEAN, MEDIAN};
+use crate::cases::{Case, MEAN, MEDIAN};
+use crate::image::{srgb8, write_png};
 use exr::prelude::write_rgb_file;
 use spectral_core::{
     color::RgbSpace,
@@ -9,23 +10,23 @@ use spectral_core::{
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// How a picture of an exhibit compares with the oracle's.
+/// How a picture of a case compares with the reference picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Agreement {
+pub struct Comparison {
     /// The differences.
     pub found: film::Agreement,
-    /// The share of pixels that may be off.
+    /// The allowed share of outliers.
     pub allowed: f64,
 }
 
-impl Agreement {
-    /// Compares two pictures of an exhibit. Pictures without a stone do not agree.
+impl Comparison {
+    /// Compares two pictures of a case. Pictures without a stone do not agree.
     ///
     /// # Panics
-    /// If they are not of one size.
-    pub fn of(exhibit: &Exhibit, expected: &Film, found: &Film) -> Self {
-        let found = film::Agreement::of(expected, found).expect("two pictures of one exhibit");
-        Agreement { found, allowed: exhibit.outliers }
+    /// If they differ in size.
+    pub fn of(case: &Case, expected: &Film, found: &Film) -> Self {
+        let found = film::Agreement::of(expected, found).expect("two pictures of one case");
+        Comparison { found, allowed: case.outliers }
     }
 
     /// Whether all bounds hold.
@@ -34,50 +35,51 @@ impl Agreement {
         found.median <= MEDIAN && found.off <= self.allowed && found.mean <= MEAN
     }
 
-    /// Leaves both pictures and their difference under `target/agreement/`: three EXR images, a PNG image with the
-    /// three side by side (the difference tenfold), and the figures as JSON. Returns the folder.
+    /// Writes both pictures and their difference to a folder under `target/agreement/`: three EXR images, a PNG image
+    /// with the three side by side (the difference times ten), and the figures as JSON. Returns the folder.
     ///
     /// # Errors
-    /// Whatever keeps the files from being written, in words.
+    /// Whatever keeps the files from being written.
     pub fn keep(&self, trial: &str, expected: &Film, found: &Film) -> Result<PathBuf, String> {
         let name: String = trial.chars().map(|c| if c.is_alphanumeric() { c } else { '-' }).collect();
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/agreement").join(name);
         std::fs::create_dir_all(&folder).map_err(|e| e.to_string())?;
         let [a, b] = [expected, found].map(|film| film.to_space(RgbSpace::Srgb));
-        let apart: Vec<[f32; 4]> =
+        let difference: Vec<[f32; 4]> =
             a.iter().zip(&b).map(|(a, b)| [0, 1, 2, 3].map(|c| (a[c] - b[c]).abs())).collect();
         let (width, height) = (expected.width() as usize, expected.height() as usize);
-        for (name, pixels) in [("expected", &a), ("actual", &b), ("difference", &apart)] {
+        let mut strip = vec![0; 9 * width * height];
+        for (column, (name, pixels, gain)) in
+            [("expected", &a, 1.0), ("actual", &b, 1.0), ("difference", &difference, 10.0)]
+                .into_iter()
+                .enumerate()
+        {
             let at = |x: usize, y: usize| pixels[y * width + x];
             let colour = |x, y| (at(x, y)[0], at(x, y)[1], at(x, y)[2]);
             write_rgb_file(folder.join(name).with_extension("exr"), width, height, colour)
                 .map_err(|e| e.to_string())?;
+            for (k, pixel) in pixels.iter().enumerate() {
+                let place = (k / width * 3 + column) * width + k % width;
+                (0..3).for_each(|c| strip[3 * place + c] = srgb8(f64::from(pixel[c]), gain));
+            }
         }
-        let strip = [(&a, 1.0), (&b, 1.0), (&apart, 10.0)];
-        let bytes: Vec<u8> = (0..height)
-            .flat_map(|y| {
-                strip.iter().flat_map(move |(pixels, gain)| row(&pixels[y * width..][..width], *gain))
-            })
-            .collect();
-        let size = [3 * expected.width(), expected.height()];
-        write_png(&folder.join("expected-actual-difference.png"), size, &bytes)?;
+        write_png(&folder.join("expected-actual-difference.png"), [3 * width, height], &strip)?;
         std::fs::write(folder.join("figures.json"), self.json(trial)).map_err(|e| e.to_string())?;
         Ok(folder)
     }
 
     fn json(&self, trial: &str) -> String {
-        let allowed = self.allowed;
         let film::Agreement { pixels, median, off, mean, worst } = self.found;
         let value = serde_json::json!({
             "trial": trial, "pixels": pixels, "median": median, "off": off, "mean": mean, "worst": worst,
-            "allowed": { "median": MEDIAN, "off": allowed, "mean": MEAN },
+            "allowed": { "median": MEDIAN, "off": self.allowed, "mean": MEAN },
         });
         format!("{value:#}\n")
     }
 }
 
-/// Worst and allowed, figure by figure.
-impl fmt::Display for Agreement {
+/// Every figure with its bound.
+impl fmt::Display for Comparison {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let film::Agreement { pixels, median, mean, worst, off } = self.found;
         let [off, allowed] = [off, self.allowed].map(|share| 100.0 * share);
@@ -90,51 +92,29 @@ impl fmt::Display for Agreement {
     }
 }
 
-/// Pixels as 8-bit sRGB.
-fn row(pixels: &[[f32; 4]], gain: f32) -> Vec<u8> {
-    let encode = |c: f32| {
-        let c = (c * gain).clamp(0.0, 1.0);
-        let curve = if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-        (255.0 * curve).round() as u8
-    };
-    pixels.iter().flat_map(|p| [encode(p[0]), encode(p[1]), encode(p[2])]).collect()
-}
-
-fn write_png(path: &Path, [width, height]: [u32; 2], bytes: &[u8]) -> Result<(), String> {
-    let file = std::fs::File::create(path).map_err(|e| e.to_string())?;
-    let mut encoder = png::Encoder::new(file, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
-    writer.write_image_data(bytes).map_err(|e| e.to_string())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gallery::gallery;
-    use spectral_core::{film::PixelSample, film::Tile, film::TileSums, prepare::PreparedScene};
+    use crate::{cases::cases, render::prepared};
+    use spectral_core::film::{PixelSample, TileSums};
 
-    fn grey(exhibit: &Exhibit, value: f32) -> Film {
-        let scene = PreparedScene::new(&exhibit.scene, &exhibit.settings).expect("a valid scene");
-        let mut film = Film::new(&scene);
-        let tile = Tile { x: 0, y: 0, width: film.width(), height: film.height() };
+    fn grey(case: &Case, value: f32) -> Film {
+        let mut film = Film::new(&prepared(&case.scene, &case.settings));
         let sample = PixelSample { xyz: [value; 3], coverage: 1.0 };
-        let samples = vec![sample; tile.width as usize * tile.height as usize];
-        film.add(&TileSums { tile, samples, radiance: vec![] }).expect("a tile of the film");
+        let samples = vec![sample; (film.width() * film.height()) as usize];
+        film.add(&TileSums { tile: film.tile(), samples, radiance: vec![] }).expect("the film's own tile");
         film
     }
 
     #[test]
-    fn a_picture_agrees_with_itself_alone_and_leaves_its_artefacts() {
-        let exhibit = &gallery()[0];
-        let (one, other) = (grey(exhibit, 0.5), grey(exhibit, 0.502));
-        assert!(Agreement::of(exhibit, &one, &one).holds());
-        let apart = Agreement::of(exhibit, &one, &other);
-        assert!(
-            !apart.holds() && (apart.found.median - 4e-3).abs() < 1e-6 && apart.found.off == 1.0,
-            "{apart}"
-        );
-        let folder = apart.keep("[self-test] artefacts", &one, &other).expect("a folder to write to");
+    fn a_picture_agrees_only_with_itself_and_a_difference_leaves_its_files() {
+        let case = &cases()[0];
+        let (one, other) = (grey(case, 0.5), grey(case, 0.502));
+        assert!(Comparison::of(case, &one, &one).holds());
+        let differing = Comparison::of(case, &one, &other);
+        let found = differing.found;
+        assert!(!differing.holds() && (found.median - 4e-3).abs() < 1e-6 && found.off == 1.0, "{differing}");
+        let folder = differing.keep("[self-test] artefacts", &one, &other).expect("a folder to write to");
         for name in
             ["expected.exr", "actual.exr", "difference.exr", "expected-actual-difference.png", "figures.json"]
         {

@@ -1,20 +1,19 @@
-//! The statistics that pictures are judged by.
+//! Statistics for the comparison of pictures.
 //!
-//! At the edges of facets two sound renderers can fall on different sides, and lights are far brighter than the
-//! mean: a largest error or an RMS says nothing, so pictures are judged by the median and by the share of
-//! samples that are off.
+//! At an edge of a facet, two correct renderers can take different sides, and lights are far brighter than the mean. So
+//! the largest error and the RMS are useless: pictures are compared by the median error and the share of outliers.
 
 use crate::render::Picture;
 use std::fmt;
 
-/// Relative errors of many samples, absolute where the reference is below 1e-6.
+/// Relative errors of many samples, or absolute errors where the reference is below 1e-6.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Difference {
-    /// How many samples were compared.
+    /// The number of samples.
     pub samples: usize,
     /// Their median.
     pub median: f64,
-    /// The share of samples that are off by more than 1 %.
+    /// The share of samples with an error above 1 %.
     pub over_1_percent: f64,
     /// The largest.
     pub worst: f64,
@@ -23,7 +22,7 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Compares samples in pairs (expected, found). None at all is no agreement: every figure is then infinite.
+    /// Compares pairs (expected, found). Without any pair the median and the largest error are infinite.
     pub fn of(pairs: impl IntoIterator<Item = (f64, f64)>) -> Self {
         let pairs: Vec<(f64, f64)> = pairs.into_iter().collect();
         let mut errors: Vec<f64> = pairs.iter().map(|&(expected, found)| error(expected, found)).collect();
@@ -39,7 +38,7 @@ impl Difference {
         }
     }
 
-    /// Compares the radiance of the pixels that either picture shows a stone in, at every wavelength.
+    /// Compares the radiance at every wavelength in the pixels where either picture shows a stone.
     pub fn of_stones(expected: &Picture, found: &Picture) -> Self {
         let covered = expected.coverage().into_iter().zip(found.coverage()).map(|(a, b)| a + b > 0.0);
         let pixels = expected.radiances().into_iter().zip(found.radiances()).zip(covered);

@@ -1,8 +1,8 @@
-//! Every way in which this machine can render, as trials see it.
+//! The devices of this machine on which trials run.
 //!
-//! `REQUIRE_BACKENDS=cpu,wgpu,vulkan` makes it a failure if a backend named has no device here; else it is left out,
-//! and said so. A Vulkan device need not have every form of intersection: `vulkan/ray-query`,
-//! `vulkan/ray-tracing-pipeline` and `vulkan/software` demand that some device has that form.
+//! `REQUIRE_BACKENDS=cpu,wgpu,vulkan` makes a missing device of a named backend a failure; otherwise its trial is ignored.
+//! A Vulkan device need not support every form of intersection: `vulkan/ray-query`, `vulkan/ray-tracing-pipeline` and
+//! `vulkan/software` require that some device supports that form.
 
 use backend_cpu::CPU;
 use backend_vulkan::{Intersection, VULKAN};
@@ -10,41 +10,50 @@ use backend_wgpu::WGPU;
 use libtest_mimic::Trial;
 use spectral_core::tracer::{Backend, DeviceInfo};
 
-/// A device by one way to find surfaces.
+/// A device with one form of intersection.
 #[derive(Clone)]
-pub struct Way {
-    /// "cpu", "wgpu/llvmpipe", "vulkan/llvmpipe/ray-query"; "vulkan/llvmpipe" where the scene decides on the form.
+pub struct Target {
+    /// "cpu", "wgpu/llvmpipe", "vulkan/llvmpipe/ray-query"; "vulkan/llvmpipe" if the scene decides on the form.
     pub name: String,
-    /// Opens it.
+    /// The backend.
     pub backend: Backend,
     /// The device.
     pub device: DeviceInfo,
 }
 
-/// The devices of every backend and form of intersection but the oracle; and for each of these that has none a trial
-/// which fails if it is required, and is ignored if not.
-pub fn ways() -> (Vec<Way>, Vec<Trial>) {
-    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    let demanded = |name: &str| required.split(',').any(|wanted| wanted.trim() == name);
-    let formless = (VULKAN.devices)().is_empty() && demanded(VULKAN.name);
-    let vulkan = Intersection::ALL.map(|form| (form.backend(), demand(form), Some(form.name()), formless));
+/// The devices of every backend and form of intersection except the reference. For each of these without a device there
+/// is a trial, which fails if the device is required and is ignored otherwise.
+pub fn targets() -> (Vec<Target>, Vec<Trial>) {
+    let without_device = (VULKAN.devices)().is_empty() && is_required(VULKAN.name);
+    let vulkan = Intersection::ALL
+        .map(|form| (form.backend(), required_name(form), Some(form.name()), without_device));
     let plain = [CPU, WGPU, VULKAN].map(|backend| (backend, backend.name, None, false));
     let (mut present, mut absent) = (Vec::new(), Vec::new());
     for (backend, name, form, missing) in plain.into_iter().chain(vulkan) {
         let devices = (backend.devices)();
         if devices.is_empty() {
-            let missing = missing || demanded(name);
+            let missing = missing || is_required(name);
             let none =
                 Trial::test(format!("[{name}] has a device"), || Err("no device on this machine".into()));
             absent.push(none.with_ignored_flag(!missing));
         }
-        present.extend(devices.into_iter().map(|device| Way { name: short(&device, form), backend, device }));
+        present.extend(devices.into_iter().map(|device| Target {
+            name: short(&device, form),
+            backend,
+            device,
+        }));
     }
     (present, absent)
 }
 
-/// How `REQUIRE_BACKENDS` names a form.
-fn demand(form: Intersection) -> &'static str {
+/// Whether `REQUIRE_BACKENDS` names a backend or form.
+pub fn is_required(name: &str) -> bool {
+    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
+    required.split(',').any(|wanted| wanted.trim() == name)
+}
+
+/// The name of a form in `REQUIRE_BACKENDS`.
+fn required_name(form: Intersection) -> &'static str {
     match form {
         Intersection::RayQuery => "vulkan/ray-query",
         Intersection::Pipeline => "vulkan/ray-tracing-pipeline",

@@ -1,34 +1,31 @@
-//! Runs a few lines of WGSL over a list of inputs: how the kernel's functions are held to their Rust twins.
+//! Runs a few lines of WGSL over a list of inputs, to compare the kernel's functions with their Rust counterparts.
 
+use crate::device::is_required;
 use backend_wgpu::{Gpu, adapters};
 use bytemuck::{cast_slice, pod_collect_to_vec};
 use wgpu::BufferUsages as Usage;
 
-/// Numbers that go into an invocation, and that come out of it.
+/// Inputs or outputs of an invocation.
 pub type Row = [f32; 16];
 
-/// All GPUs of this machine. None is fine unless `REQUIRE_BACKENDS` names wgpu.
+/// All GPUs of this machine; there must be one only if `REQUIRE_BACKENDS` names wgpu.
 ///
 /// # Panics
 /// If wgpu is required and there is none, or one does not open.
 pub fn gpus() -> Vec<Gpu> {
     let gpus: Vec<Gpu> = adapters().iter().map(|a| Gpu::of(a).expect("a device that opens")).collect();
-    let required = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
-    assert!(
-        !gpus.is_empty() || !required.split(',').any(|name| name.trim() == "wgpu"),
-        "REQUIRE_BACKENDS names wgpu, and no adapter is here"
-    );
+    assert!(!gpus.is_empty() || !is_required("wgpu"), "REQUIRE_BACKENDS names wgpu, but there is no adapter");
     if gpus.is_empty() {
         eprintln!("skipped: no adapter on this machine");
     }
     gpus
 }
 
-/// `body` is the inside of a function from `in: Row` to `out: Row` (a variable, zero at first); `library` declares
-/// what it calls; `scene` are the resources of group 0, by binding.
+/// `body` is the body of a function from `in: Row` to `out: Row` (a variable, zero at first), `library` the functions it
+/// calls, and `scene` the resources of group 0 by binding.
 ///
 /// # Panics
-/// Where the text is not valid, or the device fails.
+/// If the text is not valid or the device fails.
 pub fn map(
     gpu: &Gpu,
     library: &str,

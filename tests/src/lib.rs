@@ -1,17 +1,37 @@
-//! What the whole-renderer tests share: solids with known answers, light that tells where a ray went,
-//! renders by every way through the code, and the statistics they are judged by.
+//! Shared by the whole-renderer tests: solids and lights with known answers, one way to render on every device, and the
+//! statistics by which pictures are compared.
 //!
-//! The tests themselves are in `tests/`; each states the equation it holds the renderer to.
+//! The tests themselves are in `tests/`. Each states the equation that it checks.
 
 #![forbid(unsafe_code)]
 
 pub mod agreement;
+pub mod cases;
 pub mod compare;
 pub mod device;
-pub mod gallery;
 pub mod gpu;
+pub mod image;
 pub mod light;
 pub mod mitsuba;
 pub mod render;
 pub mod scene;
 pub mod solid;
+
+/// What most tests use.
+pub mod prelude {
+    pub use crate::{compare::Difference, light::*, render::*, scene::*, solid::*};
+    pub use backend_cpu::{CPU, REFERENCE};
+    pub use glam::{DMat3, DVec3};
+    pub use spectral_core::{
+        Error,
+        camera::{Camera, Projection},
+        environment::{Environment, LatLong},
+        film::Film,
+        prepare::PreparedScene,
+        scene::{Background, Scene, Stone},
+        settings::{Leftover, RenderSettings},
+        tracer::{Backend, DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
+        wavelength::WavelengthGrid,
+    };
+    pub use std::{ops::ControlFlow, sync::Arc};
+}

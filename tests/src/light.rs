@@ -1,4 +1,4 @@
-//! Light that tells where rays went. All of it stands under illuminant E, so that a texel of 1 is a spectral
+//! Lights that show where rays went. All of them except the studio use illuminant E, so that a texel of 1 is a spectral
 //! radiance of exactly 1 at every wavelength.
 
 use glam::DVec3;
@@ -8,12 +8,17 @@ use spectral_core::{
 };
 use std::f64::consts::{PI, TAU};
 
+/// The built-in studio.
+pub fn studio() -> Environment {
+    Environment::image(LatLong::studio())
+}
+
 /// Radiance 1 from everywhere.
 pub fn furnace() -> Environment {
     Environment { illuminant: Illuminant::E, ..Environment::uniform([1.0; 3]) }
 }
 
-/// A grey image of 2·`height` × `height` texels, each the value of `paint` in the direction of its centre.
+/// A grey image of 2·`height` × `height` texels, each with the value of `paint` in the direction of its centre.
 pub fn painted(height: u32, paint: impl Fn(DVec3) -> f64) -> Environment {
     let width = 2 * height;
     let texel = |k: u32| {
@@ -26,7 +31,7 @@ pub fn painted(height: u32, paint: impl Fn(DVec3) -> f64) -> Environment {
     Environment { illuminant: Illuminant::E, ..Environment::image(image) }
 }
 
-/// Radiance 1 from the half sphere about `axis`, 0 from the other (smooth over a degree at its rim).
+/// Radiance 1 from the half sphere about `axis`, 0 from the other, with a smooth rim of one degree.
 pub fn half(axis: DVec3) -> Environment {
     painted(180, |d| if d.dot(axis) > 0.0 { 1.0 } else { 0.0 })
 }
@@ -39,13 +44,13 @@ pub fn lamp(towards: DVec3, radius: f64) -> Environment {
 
 /// Radiance θ/π by polar angle θ from +z, on the side y > 0 only.
 ///
-/// Bilinear look-ups reproduce a linear function exactly, so this light measures the elevation of a ray in the
-/// yz plane.
+/// Bilinear interpolation reproduces a linear function exactly, so this light measures the elevation of a ray in the yz
+/// plane.
 pub fn protractor() -> Environment {
     painted(180, |d| if d.y > 0.0 { d.z.acos() / PI } else { 0.0 })
 }
 
-/// The side y > 0 alone, what [`protractor`] is divided by.
+/// Radiance 1 on the side y > 0: the divisor of [`protractor`].
 pub fn protractor_white() -> Environment {
     painted(180, |d| if d.y > 0.0 { 1.0 } else { 0.0 })
 }

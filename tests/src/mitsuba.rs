@@ -1,13 +1,12 @@
 //! Pictures by Mitsuba 3 of the scenes in `scripts/verify/scenes`: see `tests/data/mitsuba/README.md`.
 
-use crate::compare::Difference;
-use exr::prelude::{ReadChannels, ReadLayers};
+use crate::{compare::Difference, image::read_channels};
 use gemtrace::scene_file::{LoadedScene, load};
 use spectral_core::{film::Film, settings::RenderSettings, wavelength::WavelengthGrid};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// The scenes that there is a reference for.
+/// The scenes with a reference.
 pub const SCENES: [&str; 11] = [
     "brilliant-diamond",
     "step-sapphire",
@@ -24,10 +23,10 @@ pub const SCENES: [&str; 11] = [
 
 /// The median relative difference over the stone stays below this at every wavelength.
 pub const MEDIAN: f64 = 1e-4;
-/// At most this share of the stone's pixels is off by more than 1 %: the edges of facets.
+/// At most this share of the stone's pixels, at edges of facets, is off by more than 1 %.
 pub const OFF: f64 = 5e-3;
 
-/// A scene with the settings that its reference was rendered with, but for polarisation.
+/// A scene with the settings of its reference and the given polarisation.
 ///
 /// # Panics
 /// If the scene cannot be loaded.
@@ -38,7 +37,7 @@ pub fn scene(name: &str, polarized: bool) -> LoadedScene {
     loaded
 }
 
-/// The settings with one wavelength instead.
+/// The settings with a single wavelength.
 ///
 /// # Panics
 /// If `nm` is no wavelength.
@@ -58,30 +57,15 @@ impl Reference {
     /// # Panics
     /// If the reference is not there.
     pub fn of(scene: &str, polarized: bool) -> Self {
-        let image = exr::prelude::read()
-            .no_deep_data()
-            .largest_resolution_level()
-            .all_channels()
-            .first_valid_layer()
-            .all_attributes()
-            .from_file(root().join("tests/data/mitsuba").join(scene).with_extension("exr"))
-            .unwrap_or_else(|e| panic!("the reference of {scene}: {e}"));
-        // Readers take what stands before a name's last point for the name of a layer.
-        let layer = image.layer_data.attributes.layer_name.map(|name| format!("{name}.")).unwrap_or_default();
-        let channels = image
-            .layer_data
-            .channel_data
-            .list
-            .into_iter()
-            .map(|c| (format!("{layer}{}", c.name), c.sample_data.values_as_f32().map(f64::from).collect()))
-            .collect();
+        let (_, channels) =
+            read_channels(&root().join("tests/data/mitsuba").join(scene).with_extension("exr"));
         Reference { channels, prefix: if polarized { "polarized" } else { "scalar" } }
     }
 
-    /// How far a film is from it at each of the film's wavelengths, over the stone.
+    /// The differences of a film from it at each of the film's wavelengths, over the stone.
     ///
     /// # Panics
-    /// If the reference lacks one of the wavelengths `nm`, or is of another size.
+    /// If the reference lacks one of the wavelengths `nm`, or has another size.
     pub fn differences(&self, film: &Film, nm: &[f64]) -> Vec<Difference> {
         let width = film.width() as usize;
         let stone = self.plane("stone");
@@ -103,7 +87,7 @@ impl Reference {
     }
 }
 
-/// Whether pictures are the same but for rounding.
+/// Whether pictures are the same except for rounding.
 pub fn agree(differences: &[Difference]) -> bool {
     !differences.is_empty() && differences.iter().all(|d| d.median < MEDIAN && d.over_1_percent <= OFF)
 }

@@ -1,4 +1,4 @@
-//! Renders a scene by any of the ways through the code.
+//! Renders a scene by any backend, and by each algorithm for one convex stone.
 
 use crate::scene::with_speck;
 use backend_cpu::{CPU, REFERENCE};
@@ -7,16 +7,16 @@ use spectral_core::{
     prepare::PreparedScene,
     scene::Scene,
     settings::RenderSettings,
-    tracer::{Backend, OpenOptions, TraceReport},
+    tracer::{Backend, DeviceInfo, OpenOptions, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
-/// A finished film and what was reported of it.
+/// A finished film with its report.
 pub struct Picture {
     /// The film.
     pub film: Film,
-    /// The reports of all calls, joined.
+    /// The sum of the reports of all calls.
     pub report: TraceReport,
 }
 
@@ -28,28 +28,37 @@ impl Picture {
 
     /// Radiance of every pixel, row by row, by wavelength.
     pub fn radiances(&self) -> Vec<Vec<f64>> {
-        self.pixels().map(|(x, y)| self.film.radiance(x, y).iter().map(|&v| f64::from(v)).collect()).collect()
+        let radiance = |(x, y)| self.film.radiance(x, y).iter().map(|&v| f64::from(v)).collect();
+        pixels(&self.film).map(radiance).collect()
     }
 
     /// The share of each pixel's samples that meet a stone.
     pub fn coverage(&self) -> Vec<f64> {
-        self.pixels().map(|(x, y)| f64::from(self.film.coverage(x, y))).collect()
+        pixels(&self.film).map(|(x, y)| f64::from(self.film.coverage(x, y))).collect()
     }
 
-    fn pixels(&self) -> impl Iterator<Item = (u32, u32)> {
-        let (width, height) = (self.film.width(), self.film.height());
-        (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+    /// Colours and radiances as bits.
+    pub fn bits(&self) -> Vec<u32> {
+        let film = &self.film;
+        let numbers = pixels(film).flat_map(|(x, y)| [film.xyz(x, y).to_vec(), film.radiance(x, y)].concat());
+        numbers.map(f32::to_bits).collect()
     }
 }
 
-/// A way from a scene of one convex stone to its picture.
+/// The places of a film's pixels, row by row.
+pub fn pixels(film: &Film) -> impl Iterator<Item = (u32, u32)> + use<> {
+    let (width, height) = (film.width(), film.height());
+    (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+}
+
+/// An algorithm from a scene of one convex stone to its picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Way {
-    /// Single precision, the stone's planes.
+    /// Single precision, the planes of the stone.
     Planes,
-    /// Single precision, the hierarchy: a speck of the stone's own material rules the planes out.
+    /// Single precision, the hierarchy: with a speck of its own material the stone is not alone.
     Tree,
-    /// The double-precision oracle.
+    /// The double-precision reference.
     Reference,
 }
 
@@ -66,19 +75,30 @@ impl Way {
         }
     }
 
-    /// `double` for the oracle, `single` for the others: the tolerance of their arithmetic.
+    /// The tolerance of the arithmetic: `double` for the reference, `single` for the others.
     pub fn tolerance(self, single: f64, double: f64) -> f64 {
         if self == Way::Reference { double } else { single }
     }
 }
 
-/// Renders all samples of a scene at once.
+/// The prepared scene.
+pub fn prepared(scene: &Scene, settings: &RenderSettings) -> Arc<PreparedScene> {
+    Arc::new(PreparedScene::new(scene, settings).expect("a valid scene"))
+}
+
+/// The first device of a backend, opened for a scene.
+pub fn open(backend: &Backend, scene: &Arc<PreparedScene>, options: &OpenOptions) -> Box<dyn Tracer> {
+    let device = &(backend.devices)()[0];
+    backend.tracer(device, scene.clone(), options).expect("a device that opens")
+}
+
+/// Renders all samples of a scene in one call on a backend's first device.
 pub fn render(backend: &Backend, scene: &Scene, settings: &RenderSettings) -> Picture {
     let whole = 0..settings.samples;
     render_with(backend, scene, settings, &OpenOptions::default(), &[whole])
 }
 
-/// Renders ranges of samples, one call each.
+/// Renders ranges of samples, one call each, on a backend's first device.
 pub fn render_with(
     backend: &Backend,
     scene: &Scene,
@@ -86,17 +106,36 @@ pub fn render_with(
     options: &OpenOptions,
     ranges: &[Range<u32>],
 ) -> Picture {
-    let prepared = Arc::new(PreparedScene::new(scene, settings).expect("a valid scene"));
+    let prepared = prepared(scene, settings);
     let mut film = Film::new(&prepared);
-    let device = &(backend.devices)()[0];
-    let mut tracer = backend.tracer(device, prepared, options).expect("a device that opens");
+    let mut tracer = open(backend, &prepared, options);
     let mut report = TraceReport::default();
     for range in ranges {
-        let part = tracer
-            .trace(range.clone(), &mut film, &mut |_| ControlFlow::Continue(()))
-            .expect("a device that works");
+        let part = trace(tracer.as_mut(), range.clone(), &mut film);
         assert!(part.finished);
         report += part;
     }
     Picture { film, report }
+}
+
+/// Adds samples to a film.
+pub fn trace(tracer: &mut dyn Tracer, samples: Range<u32>, film: &mut Film) -> TraceReport {
+    tracer.trace(samples, film, &mut |_| ControlFlow::Continue(())).expect("a device that works")
+}
+
+/// Renders all samples of a scene on a device.
+///
+/// # Errors
+/// What the scene or the device fails with.
+pub fn render_on(
+    backend: &Backend,
+    device: &DeviceInfo,
+    scene: &Scene,
+    settings: &RenderSettings,
+) -> Result<Picture, Box<dyn std::error::Error>> {
+    let prepared = Arc::new(PreparedScene::new(scene, settings)?);
+    let mut film = Film::new(&prepared);
+    let mut tracer = backend.tracer(device, prepared, &OpenOptions::default())?;
+    let report = tracer.trace(0..settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
+    Ok(Picture { film, report })
 }

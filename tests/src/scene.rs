@@ -16,7 +16,7 @@ use spectral_core::{
 };
 use std::sync::Arc;
 
-/// A scene seen against its environment, `size` × `size` pixels.
+/// A scene before its environment, `size` × `size` pixels.
 pub fn scene(camera: Camera, size: u32, environment: Environment, stones: Vec<Stone>) -> Scene {
     Scene { camera, width: size, height: size, background: Background::Environment, environment, stones }
 }
@@ -37,8 +37,7 @@ pub fn parallel(position: DVec3, height: f64) -> Camera {
     Camera { position, look_at: DVec3::ZERO, up: upright(position), projection }
 }
 
-/// A bundle of parallel rays, `height` mm high, about the ray from `origin` along `direction`. On a film of one
-/// pixel it is that ray.
+/// Parallel rays, `height` mm high, about the ray from `origin` along `direction`. With one pixel it is that ray alone.
 pub fn probe(origin: DVec3, direction: DVec3, height: f64) -> Camera {
     let projection = Projection::Orthographic { height };
     Camera { position: origin, look_at: origin + direction, up: upright(direction), projection }
@@ -48,9 +47,14 @@ fn upright(view: DVec3) -> DVec3 {
     if view.normalize().z.abs() > 0.9 { DVec3::Y } else { DVec3::Z }
 }
 
-/// A stone as its mesh stands.
+/// A stone in the position of its mesh.
 pub fn stone(mesh: Arc<Mesh>, material: Material) -> Stone {
     Stone::new("stone", mesh, Arc::new(material))
+}
+
+/// The stone at a position.
+pub fn at(stone: Stone, position: [f64; 3]) -> Stone {
+    Stone { position: position.into(), ..stone }
 }
 
 /// A built-in cut, 6.5 mm wide.
@@ -81,8 +85,7 @@ pub fn material(name: &str) -> Material {
     Catalogue::builtin().get(name).expect("a built-in material").clone()
 }
 
-/// One sample a pixel, the given wavelengths (nm), nothing dropped but at the depth limit of 64, and the
-/// radiance kept.
+/// One sample a pixel at the given wavelengths (nm), a depth limit of 64, no threshold, and the radiance kept.
 pub fn settings(nm: &[f64]) -> RenderSettings {
     RenderSettings {
         samples: 1,
@@ -97,8 +100,20 @@ pub fn settings(nm: &[f64]) -> RenderSettings {
     }
 }
 
-/// The same picture, but not the same way to it: inside the first stone lies a speck of its own material, which
-/// is no optical surface, and keeps the stone from being alone.
+/// Fresnel's reflectances (s, p) from air into index `n` at `angle` degrees.
+pub fn reflectances(n: f64, angle: f64) -> [f64; 2] {
+    let (sin, c) = angle.to_radians().sin_cos();
+    let t = (1.0 - (sin / n).powi(2)).sqrt();
+    [((c - n * t) / (c + n * t)).powi(2), ((n * c - t) / (n * c + t)).powi(2)]
+}
+
+/// Asserts that two numbers differ by at most `tolerance`.
+pub fn close(found: f64, expected: f64, tolerance: f64, what: impl std::fmt::Display) {
+    assert!((found - expected).abs() <= tolerance, "{what}: {found} instead of {expected}");
+}
+
+/// The same picture by another algorithm: a speck of its own material inside the first stone is no optical surface, but
+/// then the stone is not alone.
 pub fn with_speck(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let host = scene.stones[0].placed().expect("a placeable stone");

@@ -1,4 +1,4 @@
-//! Solids: boxes and prisms with closed-form optics, curved and non-convex meshes, the built-in cuts.
+//! Solids: boxes and prisms with closed-form optics, curved and non-convex meshes, built-in cuts.
 
 use glam::{DVec2, DVec3};
 use spectral_core::{mesh::Mesh, mesh::MeshOptions, shape::ShapeSpec};
@@ -47,7 +47,7 @@ pub fn prism(apex: f64, side: f64) -> Arc<Mesh> {
     build(positions, triangles)
 }
 
-/// A star of `points` rays, extruded: reflex edges all round.
+/// An extruded star with `points` points: reflex edges all round.
 pub fn star(points: u32, inner: f64, outer: f64, height: f64) -> Arc<Mesh> {
     let corner = |k: u32| {
         let radius = if k.is_multiple_of(2) { outer } else { inner };

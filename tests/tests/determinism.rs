@@ -1,23 +1,12 @@
-//! The same bits, however the work is divided.
+//! The picture has the same bits however the work is divided.
 
-use backend_cpu::{CPU, Instructions, REFERENCE, cpu_in};
-use gemtrace_tests::{
-    render::{Picture, render_with},
-    scene::{eye, gem, material, scene, settings, with_speck},
-};
-use glam::DVec3;
-use spectral_core::{
-    environment::{Environment, LatLong},
-    scene::Scene,
-    settings::RenderSettings,
-    tracer::{Backend, OpenOptions},
-    wavelength::WavelengthGrid,
-};
+use backend_cpu::{Instructions, cpu_in};
+use gemtrace_tests::prelude::*;
 
 fn ruby() -> Scene {
     let camera = eye(DVec3::new(4.0, -12.0, 22.0), 18.0);
     let stones = vec![gem("round-brilliant", material("ruby"))];
-    Scene { height: 31, ..scene(camera, 45, Environment::image(LatLong::studio()), stones) }
+    Scene { height: 31, ..scene(camera, 45, studio(), stones) }
 }
 
 fn quick() -> RenderSettings {
@@ -31,9 +20,9 @@ fn quick() -> RenderSettings {
     }
 }
 
-/// Bits of the film, rays and energy; times may differ.
+/// Checks film, rays and energies bit for bit; times may differ.
 fn assert_same(a: &Picture, b: &Picture, what: &str) {
-    assert!(a.film == b.film, "{what}: other pixels");
+    assert!(a.film == b.film, "{what}: the pixels differ");
     assert_eq!((a.report.rays, a.report.energy), (b.report.rays, b.report.energy), "{what}");
 }
 
@@ -60,7 +49,7 @@ fn by_planes() {
     however_divided(&CPU, &ruby());
 }
 
-/// Sixteen wavelengths at a time in whatever registers: the packet is logical.
+/// A packet has sixteen wavelengths in every instruction set.
 #[test]
 fn in_any_instruction_set() {
     for polarized in [false, true] {

@@ -1,26 +1,14 @@
-//! Real photographs seen directly come back: RGB texel → spectrum → XYZ → RGB.
+//! Photographs seen directly are reproduced: RGB texel → spectrum → XYZ → RGB.
 
-use backend_cpu::{CPU, REFERENCE};
 use gemtrace::import::environment;
-use gemtrace_tests::{
-    render::render,
-    scene::{scene, settings},
-};
-use glam::DVec3;
-use spectral_core::{
-    camera::{Camera, Projection},
-    color::RgbSpace,
-    environment::{Environment, LatLong},
-    settings::{RenderSettings, pixel_offset},
-    tracer::Backend,
-    wavelength::WavelengthGrid,
-};
+use gemtrace_tests::prelude::*;
+use spectral_core::{color::RgbSpace, settings::pixel_offset};
 use std::path::Path;
 
 const PHOTOGRAPHS: [&str; 4] = ["apartment.exr", "hall.exr", "lobby.exr", "studio.exr"];
 
-/// Largest summed error, as a share of the colour's largest component. The project asks for 4e-3; bases that are
-/// exact on the renderer's own wavelengths leave only the film's single precision.
+/// Largest summed error, as a share of the colour's largest component. The requirement is 4e-3. With bases that are exact
+/// on the renderer's own wavelengths, only the rounding of the film is left.
 const ALLOWED: f64 = 1e-5;
 const SIZE: u32 = 160;
 
@@ -28,7 +16,7 @@ fn photograph(name: &str) -> Environment {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/environments").join(name);
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let (image, warnings): (LatLong, _) = environment::read(&path, &bytes).expect("a lat-long image");
-    // Compression rings beside the lamps: some components are negative, which no light is.
+    // Compression artefacts beside the lamps: some components are negative.
     assert!(warnings.iter().all(|w| w.message.contains("lie outside sRGB")), "{warnings:?}");
     Environment { rotation: 25.0, scale: 1.0, ..Environment::image(image) }
 }
@@ -65,7 +53,7 @@ fn worst(backend: &Backend, light: &Environment, camera: &Camera, settings: &Ren
     worst
 }
 
-fn comes_back(backend: &Backend, what: &str, settings: &RenderSettings, views: &[Camera]) {
+fn is_reproduced(backend: &Backend, what: &str, settings: &RenderSettings, views: &[Camera]) {
     for name in PHOTOGRAPHS {
         let light = photograph(name);
         let worst = views.iter().map(|view| worst(backend, &light, view, settings)).fold(0.0, f64::max);
@@ -80,18 +68,18 @@ fn on(wavelengths: WavelengthGrid, samples: u32) -> RenderSettings {
 
 #[test]
 fn on_the_default_grid() {
-    comes_back(&CPU, "32 wavelengths", &on(WavelengthGrid::default(), 1), &views());
-    comes_back(&REFERENCE, "32 wavelengths", &on(WavelengthGrid::default(), 1), &views()[..2]);
+    is_reproduced(&CPU, "32 wavelengths", &on(WavelengthGrid::default(), 1), &views());
+    is_reproduced(&REFERENCE, "32 wavelengths", &on(WavelengthGrid::default(), 1), &views()[..2]);
 }
 
 #[test]
 fn on_jittered_grids() {
     let eight = WavelengthGrid::midpoints([380.0, 740.0], 8).expect("a valid grid");
-    comes_back(&CPU, "4 samples of 8 wavelengths", &on(eight, 4), &views());
+    is_reproduced(&CPU, "4 samples of 8 wavelengths", &on(eight, 4), &views());
 }
 
 #[test]
 fn on_the_grid_of_published_tables() {
     let eighty_one = WavelengthGrid::stepped(380.0, 780.0, 5.0).expect("a valid grid");
-    comes_back(&CPU, "81 wavelengths", &on(eighty_one, 1), &views()[..3]);
+    is_reproduced(&CPU, "81 wavelengths", &on(eighty_one, 1), &views()[..3]);
 }

@@ -1,18 +1,6 @@
-//! Energy: in uniform light a stone that absorbs nothing cannot be seen, and what is dropped is accounted for.
+//! Energy: in uniform light a stone without absorption is invisible, and dropped energy is reported.
 
-use backend_cpu::{CPU, REFERENCE};
-use gemtrace_tests::{
-    light::furnace,
-    render::{Picture, render},
-    scene::{eye, gem, glass, scene, settings, stone, with_speck},
-    solid::{cuboid, cut, sphere, star, torus},
-};
-use glam::DVec3;
-use spectral_core::{
-    scene::{Scene, Stone},
-    settings::{Leftover, RenderSettings},
-    tracer::Backend,
-};
+use gemtrace_tests::prelude::*;
 
 const SIZE: u32 = 24;
 
@@ -20,15 +8,11 @@ fn world(stones: Vec<Stone>) -> Scene {
     scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), SIZE, furnace(), stones)
 }
 
-fn at(stone: Stone, position: [f64; 3]) -> Stone {
-    Stone { position: DVec3::from(position), ..stone }
-}
-
 fn block(low: [f64; 3], high: [f64; 3], n: f64) -> Stone {
     stone(cuboid(DVec3::from(low), DVec3::from(high)), glass(n))
 }
 
-/// One convex stone: a path is a chain, so any depth is cheap.
+/// One convex stone: a path does not branch, so any depth is cheap.
 fn lone_stones() -> Vec<(&'static str, Scene)> {
     let brilliant = world(vec![gem("round-brilliant", glass(2.417))]);
     let speck = with_speck(&brilliant);
@@ -41,7 +25,7 @@ fn lone_stones() -> Vec<(&'static str, Scene)> {
     ]
 }
 
-/// Paths that fork: the work doubles with every event at worst.
+/// Branching paths: at worst the work doubles with every event.
 fn many_stones() -> Vec<(&'static str, Scene)> {
     let ball = |n: f64, radius: f64| stone(sphere(radius, 8, 16), glass(n));
     let two = || [gem("round-brilliant", glass(2.417)), gem("step", glass(1.77))];
@@ -103,7 +87,7 @@ fn vanishes(backend: &Backend, scenes: &[(&str, Scene)], depths: &[u32], toleran
                 let settings = RenderSettings { max_depth, polarized, ..settings(&[550.0]) };
                 let picture = render(backend, scene, &settings);
                 let what = format!("{}, {name}, depth {max_depth}, polarised {polarized}", backend.name);
-                assert!(picture.coverage().iter().sum::<f64>() > 20.0, "{what}: nothing to be seen");
+                assert!(picture.coverage().iter().sum::<f64>() > 20.0, "{what}: no stone in view");
                 let (worst, energy) = (worst(&picture), picture.report.energy);
                 assert!(worst <= tolerance, "{what}: off by {worst:e}, {energy:?}");
                 assert_eq!(energy.dropped_share(), 0.0, "{what}: {energy:?}");
@@ -119,17 +103,17 @@ fn lone_stones_vanish_at_any_depth() {
 }
 
 #[test]
-fn forking_paths_vanish_at_any_depth() {
+fn stones_with_branching_paths_vanish_at_any_depth() {
     vanishes(&CPU, &many_stones(), &[1, 2, 3, 5, 8, 11], 1e-5);
 }
 
 #[test]
-fn the_oracle_conserves_energy() {
+fn the_reference_conserves_energy() {
     vanishes(&REFERENCE, &lone_stones(), &[1, 3, 16, 64], 1.2e-7);
     vanishes(&REFERENCE, &many_stones(), &[1, 2, 5, 8], 1.2e-7);
 }
 
-/// Mean deficit of the picture, and what the report says was dropped of each ray started.
+/// The mean deficit of the picture, and the dropped share in the report.
 fn deficit(picture: &Picture) -> [f64; 2] {
     let values = picture.radiances().concat();
     let mean = values.iter().map(|v| 1.0 - v).sum::<f64>() / values.len() as f64;
@@ -137,7 +121,7 @@ fn deficit(picture: &Picture) -> [f64; 2] {
 }
 
 #[test]
-fn what_is_missing_is_what_was_dropped() {
+fn the_missing_energy_is_the_dropped_energy() {
     let scenes = [lone_stones(), many_stones()].concat();
     for (name, scene) in &scenes {
         for (threshold, leftover, max_depth) in [
@@ -156,7 +140,7 @@ fn what_is_missing_is_what_was_dropped() {
                 let [missing, dropped] = deficit(&picture);
                 let what = format!("{}, {name}, {threshold:e}, {leftover:?}", backend.name);
                 assert!((missing - dropped).abs() < 1e-6, "{what}: {missing} missing, {dropped} dropped");
-                assert!(dropped > 0.0, "{what}: nothing was dropped, so nothing is shown");
+                assert!(dropped > 0.0, "{what}: nothing was dropped");
                 let energy = picture.report.energy;
                 assert!(energy.lost <= 1e-9 * energy.started, "{what}: {energy:?}");
             }
@@ -166,13 +150,10 @@ fn what_is_missing_is_what_was_dropped() {
 
 #[test]
 fn coloured_light_keeps_its_colour() {
-    // The stone must vanish at every wavelength of coloured daylight, too.
-    let light = spectral_core::environment::Environment::uniform([0.9, 0.4, 0.1]);
+    // In coloured daylight the stone vanishes at every wavelength too.
+    let light = Environment::uniform([0.9, 0.4, 0.1]);
     let scene = Scene { environment: light, ..world(vec![gem("round-brilliant", glass(2.417))]) };
-    let settings = RenderSettings {
-        wavelengths: spectral_core::wavelength::WavelengthGrid::default(),
-        ..settings(&[550.0])
-    };
+    let settings = RenderSettings { wavelengths: WavelengthGrid::default(), ..settings(&[550.0]) };
     let picture = render(&CPU, &scene, &settings);
     let (pixels, coverage) = (picture.radiances(), picture.coverage());
     let background = &pixels[coverage.iter().position(|c| *c == 0.0).expect("a corner without stone")];

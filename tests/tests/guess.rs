@@ -1,29 +1,19 @@
-//! On a GPU, how the facets of one convex stone are guessed cannot show: the same bits in every form of guessing, on
-//! every device, for any number of wavelengths and facets.
+//! Guessing facets on a GPU never changes the picture: every form of guessing gives the same bits, on every device and for
+//! any number of wavelengths and facets.
 
 use accel::testing::Random;
 use backend_vulkan::VULKAN;
 use backend_wgpu::{Gpu, WGPU};
 use bytemuck::{bytes_of, cast_slice};
-use gemtrace_tests::{
-    gpu::{Row, entry, gpus, map, row},
-    render::{Picture, render, render_with},
-    scene::{eye, gem, glass, material, scene, settings, stone},
-    solid::{prism, sphere},
+use gemtrace_tests::gpu::{Row, entry, gpus, map, row};
+use gemtrace_tests::prelude::*;
+use glam::Vec3;
+use spectral_core::kernel::{
+    DIRECTION, NEST, SCENE, SURFACE,
+    facets::{Facets, Guess},
+    pack,
 };
-use glam::{DVec3, Vec3};
-use spectral_core::{
-    environment::{Environment, LatLong},
-    kernel::{
-        DIRECTION, NEST, SCENE, SURFACE,
-        facets::{Facets, Guess},
-        pack,
-    },
-    prepare::{Geometry, PreparedScene},
-    scene::{Scene, Stone},
-    settings::RenderSettings,
-    tracer::{Backend, OpenOptions},
-};
+use spectral_core::prepare::Geometry;
 
 /// A backend with its forms of guessing.
 type Forms = (Backend, fn(Guess) -> Backend);
@@ -32,7 +22,7 @@ const BACKENDS: [Forms; 2] = [(WGPU, backend_wgpu::guessing), (VULKAN, backend_v
 
 fn view(stone: Stone, size: u32) -> Scene {
     let camera = eye(DVec3::new(3.0, -11.0, 20.0), 19.0);
-    scene(camera, size, Environment::image(LatLong::studio()), vec![stone])
+    scene(camera, size, studio(), vec![stone])
 }
 
 /// `count` wavelengths.
@@ -41,15 +31,7 @@ fn lines(count: u32) -> RenderSettings {
     RenderSettings { threshold: 1e-4, max_depth: 24, ..settings(&wavelengths) }
 }
 
-/// Colours and radiances as bits.
-fn bits(picture: &Picture) -> Vec<u32> {
-    let film = &picture.film;
-    let pixels = (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y)));
-    let numbers = pixels.flat_map(|(x, y)| [film.xyz(x, y).to_vec(), film.radiance(x, y)].concat());
-    numbers.map(f32::to_bits).collect()
-}
-
-/// Renders in every form that this machine's devices have, the default among them, and compares.
+/// Renders in every form that the devices of this machine support, and compares.
 fn same_bits(scene: &Scene, settings: &RenderSettings, what: &str) {
     for (backend, guessing) in BACKENDS {
         if (backend.devices)().is_empty() {
@@ -57,12 +39,11 @@ fn same_bits(scene: &Scene, settings: &RenderSettings, what: &str) {
             continue;
         }
         let expected = render(&guessing(Guess::Nothing), scene, settings);
-        let shown = (0..scene.height).any(|y| (0..scene.width).any(|x| expected.film.coverage(x, y) > 0.0));
-        assert!(shown, "{what}: no stone to be seen");
+        assert!(expected.coverage().iter().any(|share| *share > 0.0), "{what}: no stone in view");
         let able = |guess: &Guess| !(guessing(*guess).devices)().is_empty();
         for guess in [Guess::Start, Guess::Subgroup].into_iter().filter(able) {
             let (name, found) = (guess.name(), render(&guessing(guess), scene, settings));
-            assert!(bits(&expected) == bits(&found), "{what}: {}, guessing {name}", backend.name);
+            assert!(expected.bits() == found.bits(), "{what}: {}, guessing {name}", backend.name);
             assert_eq!(expected.report.rays, found.report.rays, "{what}: {}, {name}", backend.name);
             assert_eq!(expected.report.energy, found.report.energy, "{what}: {}, {name}", backend.name);
         }
@@ -71,8 +52,8 @@ fn same_bits(scene: &Scene, settings: &RenderSettings, what: &str) {
 
 #[test]
 fn for_any_number_of_wavelengths_polarised_or_not() {
-    // As many as a subgroup has invocations, fewer, and others: wavelengths of several samples in a subgroup. Few
-    // shaders, since to compile one takes longer than to render.
+    // As many as the invocations of a subgroup, fewer, and other numbers, for which a subgroup has wavelengths of several
+    // samples. Only a few shaders, since compiling takes longer than rendering.
     for (count, polarized) in [(1, true), (8, false), (8, true), (16, true), (32, true), (33, false)] {
         let settings = RenderSettings { polarized, samples: 2, ..lines(count) };
         let scene = view(gem("round-brilliant", material("diamond")), 10);
@@ -86,7 +67,7 @@ fn for_few_facets_and_for_more_than_workgroup_memory_holds() {
     for (name, mesh) in solids {
         let scene = view(stone(mesh, glass(1.7)), 10);
         let settings = lines(8);
-        let prepared = PreparedScene::new(&scene, &settings).expect("a valid scene");
+        let prepared = prepared(&scene, &settings);
         let lone = prepared.lone_convex_stone().unwrap_or_else(|| panic!("{name} is one convex stone"));
         let facets = Facets::new(&prepared, Guess::Start, 16 << 10);
         assert_eq!(facets.count as usize, lone.facets.len());
@@ -96,7 +77,7 @@ fn for_few_facets_and_for_more_than_workgroup_memory_holds() {
 }
 
 #[test]
-fn however_the_work_is_cut_up() {
+fn however_the_work_is_divided() {
     let scene = view(gem("round-brilliant", material("diamond")), 12);
     let settings = RenderSettings { samples: 5, ..lines(8) };
     for (backend, guessing) in BACKENDS {
@@ -108,11 +89,11 @@ fn however_the_work_is_cut_up() {
         let whole = render(&form, &scene, &settings);
         let tiled = OpenOptions { tile: Some(3), ..OpenOptions::default() };
         let pieces = render_with(&form, &scene, &settings, &tiled, &[0..2, 2..3, 3..5]);
-        assert!(bits(&whole) == bits(&pieces), "{}", backend.name);
+        assert!(whole.bits() == pieces.bits(), "{}", backend.name);
     }
 }
 
-/// A ray that begins inside the stone, comes to it from outside, or leaves it.
+/// A ray that starts inside the stone, arrives from outside, or leaves it.
 #[derive(Debug, Clone, Copy)]
 enum Kind {
     Inside,
@@ -120,8 +101,8 @@ enum Kind {
     Leaving,
 }
 
-/// A ray through a point of a facet that lies from 10⁻⁸ to some mm from one of its edges, or beyond that edge: near
-/// edges, and near corners, is where a guess can go wrong. Origin, direction, 1 if the ray is inside.
+/// A ray through a point at 10⁻⁸ mm to a few mm from an edge of a facet, on either side: guesses can be wrong near edges
+/// and corners. Origin, direction, 1 if the ray is inside.
 fn ray(geometry: &Geometry, random: &mut Random, kind: Kind) -> Row {
     let triangle = geometry.triangles[random.below(geometry.triangles.len())];
     let first = random.below(3);
@@ -136,7 +117,7 @@ fn ray(geometry: &Geometry, random: &mut Random, kind: Kind) -> Row {
         towards = -towards;
     }
     let back = match kind {
-        // As far as the stone reaches in this direction, or less.
+        // At most as far as the stone extends in this direction.
         Kind::Inside => {
             let far = geometry.facets.iter().filter(|f| f.normal.dot(towards) < 0.0);
             let far = far.map(|f| (f.offset - f.normal.dot(target)) / -f.normal.dot(towards));
@@ -151,8 +132,8 @@ fn ray(geometry: &Geometry, random: &mut Random, kind: Kind) -> Row {
     row(&[&origin.to_array()[..], &direction.to_array(), &[inside]].concat())
 }
 
-/// Every facet is tried for every ray: how many are believed, and how many of those a search denies. `margins` is in
-/// place of the kernel's own.
+/// Verifies every facet for every ray: how many are accepted, and how many of these a search contradicts. `margins`
+/// replaces the kernel's own.
 fn trial(gpu: &Gpu, scene: &PreparedScene, rays: &[Row], margins: f32) -> [f64; 2] {
     const BODY: &str = "
         let nest = Nest(u32(in[6]), 0u, 0u);
@@ -166,7 +147,7 @@ fn trial(gpu: &Gpu, scene: &PreparedScene, rays: &[Row], margins: f32) -> [f64; 
             out[0] += select(0.0, 1.0, answer.known);
             out[1] += select(0.0, 1.0, answer.known && !same);
         }";
-    // Read from the buffers that are bound here: a device without workgroup memory.
+    // Without workgroup memory the tables are read from the buffers bound here.
     let facets = Facets::new(scene, Guess::Start, 0);
     let own = |margins: f32| format!("GUESS_MARGINS: f32 = {margins:?};");
     let intersect = facets.intersect();
@@ -188,7 +169,7 @@ fn trial(gpu: &Gpu, scene: &PreparedScene, rays: &[Row], margins: f32) -> [f64; 
 }
 
 #[test]
-fn a_facet_that_is_believed_is_what_a_search_finds() {
+fn an_accepted_facet_is_the_one_that_a_search_finds() {
     const RAYS: usize = 40_000;
     let solids = [
         ("brilliant", gem("round-brilliant", glass(1.7))),
@@ -197,21 +178,21 @@ fn a_facet_that_is_believed_is_what_a_search_finds() {
         ("sphere", stone(sphere(3.0, 9, 20), glass(1.7))),
     ];
     for gpu in gpus() {
-        let mut careless = 0.0;
+        let mut without_margin = 0.0;
         for (name, solid) in &solids {
-            let scene = PreparedScene::new(&view(solid.clone(), 8), &lines(1)).expect("a valid scene");
+            let scene = prepared(&view(solid.clone(), 8), &lines(1));
             for kind in [Kind::Inside, Kind::Arriving, Kind::Leaving] {
                 let mut random = Random(11);
                 let rays: Vec<Row> = (0..RAYS).map(|_| ray(&scene.geometry, &mut random, kind)).collect();
-                let [believed, wrong] = trial(&gpu, &scene, &rays, Facets::MARGINS);
-                println!("{name}, {kind:?}: of {RAYS} rays {believed} believed, {wrong} wrongly");
+                let [accepted, wrong] = trial(&gpu, &scene, &rays, Facets::MARGINS);
+                println!("{name}, {kind:?}: of {RAYS} rays {accepted} accepted, {wrong} wrongly");
                 assert_eq!(wrong, 0.0, "{name}, {kind:?}");
-                // Of distances to an edge from 10⁻⁸ mm to a few, evenly over the magnitudes, most exceed a margin.
-                assert!(believed > RAYS as f64 / 3.0, "{name}, {kind:?}: {believed}");
-                careless += trial(&gpu, &scene, &rays, 0.0)[1];
+                // The distances to an edge, log-uniform from 10⁻⁸ mm to a few mm, mostly exceed the margin.
+                assert!(accepted > RAYS as f64 / 3.0, "{name}, {kind:?}: {accepted}");
+                without_margin += trial(&gpu, &scene, &rays, 0.0)[1];
             }
         }
-        // These rays do tell: without a margin some are believed wrongly.
-        assert!(careless > 0.0);
+        // The rays are critical enough: without a margin some facets are accepted wrongly.
+        assert!(without_margin > 0.0);
     }
 }

@@ -1,21 +1,6 @@
-//! Nature knows no preferred place, direction or unit of length, and neither must the renderer.
+//! The picture does not depend on position, orientation and unit of length.
 
-use backend_cpu::REFERENCE;
-use gemtrace_tests::{
-    compare::Difference,
-    light::furnace,
-    render::{Way, render},
-    scene::{eye, gem, scene, settings, stone, tinted},
-    solid::{star, torus},
-};
-use glam::{DMat3, DVec3};
-use spectral_core::{
-    camera::{Camera, Projection},
-    environment::{Environment, LatLong},
-    scene::{Scene, Stone},
-    settings::RenderSettings,
-};
-use std::sync::Arc;
+use gemtrace_tests::prelude::*;
 
 const SIZE: u32 = 40;
 
@@ -25,20 +10,13 @@ fn quick() -> RenderSettings {
 
 fn brilliant() -> Scene {
     let stones = vec![gem("round-brilliant", tinted(2.417, 0.05))];
-    scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), SIZE, Environment::image(LatLong::studio()), stones)
+    scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), SIZE, studio(), stones)
 }
 
 fn group() -> Scene {
-    let mut star = stone(star(7, 1.0, 2.4, 1.2), tinted(1.77, 0.2));
-    star.position = DVec3::new(-1.5, 0.4, 0.0);
-    let mut ring = stone(torus(1.5, 0.5, 16, 8), tinted(1.5, 0.4));
-    ring.position = DVec3::new(2.0, -0.5, 0.3);
-    scene(
-        eye(DVec3::new(5.0, -13.0, 17.0), 24.0),
-        SIZE,
-        Environment::image(LatLong::studio()),
-        vec![star, ring],
-    )
+    let star = at(stone(star(7, 1.0, 2.4, 1.2), tinted(1.77, 0.2)), [-1.5, 0.4, 0.0]);
+    let ring = at(stone(torus(1.5, 0.5, 16, 8), tinted(1.5, 0.4)), [2.0, -0.5, 0.3]);
+    scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), SIZE, studio(), vec![star, ring])
 }
 
 /// The scene's stones and camera after x → scale · rotation · x + shift; the light stays.
@@ -53,16 +31,13 @@ fn moved(original: &Scene, rotation: DMat3, scale: f64, shift: DVec3) -> Scene {
         Camera { position: place(c.position), look_at: place(c.look_at), up: rotation * c.up, projection };
     let stones = original.stones.iter().map(|stone| {
         let mesh = stone.placed().and_then(|m| m.transformed(rotation, scale, shift)).expect("a valid place");
-        Stone {
-            material: stone.material.clone(),
-            ..Stone::new(stone.name.clone(), Arc::new(mesh), stone.material.clone())
-        }
+        Stone::new(stone.name.clone(), Arc::new(mesh), stone.material.clone())
     });
     Scene { camera, stones: stones.collect(), ..original.clone() }
 }
 
-/// Every way renders both pictures alike: medians within the arithmetic's precision, few pixels on other sides
-/// of an edge.
+/// Checks that both pictures are the same by every algorithm: the median within the precision of the arithmetic, and few
+/// pixels on the other side of an edge.
 fn same(original: &Scene, changed: &Scene, what: &str) {
     for way in Way::ALL {
         let (before, after) = (way.render(original, &quick()), way.render(changed, &quick()));
@@ -76,7 +51,7 @@ fn same(original: &Scene, changed: &Scene, what: &str) {
 
 #[test]
 fn turning_everything_about_z() {
-    // The lights turn counter-clockwise seen from +z, as do the stones and the eye.
+    // Lights, stones and camera turn counter-clockwise seen from +z.
     for original in [brilliant(), group()] {
         for degrees in [33.0, 90.0, -157.5_f64] {
             let mut turned = moved(&original, DMat3::from_rotation_z(degrees.to_radians()), 1.0, DVec3::ZERO);
@@ -88,7 +63,7 @@ fn turning_everything_about_z() {
 
 #[test]
 fn turning_everything_in_uniform_light() {
-    // Absorbing stones in a furnace show how far light went in them.
+    // In uniform light, absorption shows the lengths of paths.
     let turn = DMat3::from_axis_angle(DVec3::new(0.3, 0.5, -0.8).normalize(), 1.2345);
     for original in [brilliant(), group()] {
         let original = Scene { environment: furnace(), ..original };
@@ -98,7 +73,7 @@ fn turning_everything_in_uniform_light() {
 
 #[test]
 fn scaling_everything() {
-    // Optical depth is absorption × length: a stone s times as large and 1/s as dark looks the same.
+    // Optical depth is absorption × length: a stone s times as large with 1/s of the absorption looks the same.
     for original in [brilliant(), group()] {
         for scale in [1e-3, 0.37, 250.0] {
             let mut scaled = moved(&original, DMat3::IDENTITY, scale, DVec3::ZERO);
@@ -113,7 +88,7 @@ fn scaling_everything() {
 
 #[test]
 fn moving_everything_far_away() {
-    // At 10⁶ mm a double still resolves 1e-10 mm: what is lost is lost before the renderer sees it.
+    // At 10⁶ mm double precision resolves 1e-10 mm; this rounding happens before rendering.
     for original in [brilliant(), group()] {
         let far = moved(&original, DMat3::IDENTITY, 1.0, DVec3::new(1e6, -7e5, 3e5));
         same(&original, &far, "moved by a kilometre");
@@ -122,7 +97,7 @@ fn moving_everything_far_away() {
 
 #[test]
 fn a_stone_placed_by_its_own_fields_is_the_stone_moved() {
-    // stone = R·(scale·file) + position, R about x first, then y, then z, right-handed.
+    // stone = R·(scale·file) + position; R turns about x, then y, then z, right-handed.
     let mut placed = brilliant();
     placed.stones[0].rotation = DVec3::new(20.0, -35.0, 50.0);
     placed.stones[0].position = DVec3::new(0.4, -0.3, 0.2);

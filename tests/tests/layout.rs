@@ -1,7 +1,6 @@
-//! The kernel with the software hierarchy is valid WGSL, and its structures lie as the Rust twins say.
+//! The kernel with the software hierarchy is valid WGSL, and its structures have the layout of their Rust counterparts.
 
 use accel::{
-    BuildOptions, Bvh,
     obvhs::cwbvh::node::CwBvhNode,
     software::{INTERSECT, NODE_BYTES, TriangleBlock},
     testing::icosphere,
@@ -14,10 +13,8 @@ use spectral_core::kernel::Form;
 use std::mem::offset_of;
 
 fn module() -> Module {
-    let mesh = icosphere(2);
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default()).expect("a valid mesh");
     let form = Form { polarized: true, contacts: true, stack: 16 };
-    let source = form.trace(&(bvh.wgsl_constants() + INTERSECT));
+    let source = form.trace(&(icosphere(2).bvh().wgsl_constants() + INTERSECT));
     let module =
         naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));
     Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -38,30 +35,16 @@ fn layout(module: &Module, name: &str) -> (Vec<usize>, usize) {
 }
 
 #[test]
-fn nodes_and_triangles_lie_as_their_twins() {
+fn nodes_and_triangles_have_the_layout_of_their_counterparts() {
     let module = module();
-    // The kernel reads bytes four at a time: the members named here begin its words.
-    let node = vec![
-        offset_of!(CwBvhNode, p),
-        offset_of!(CwBvhNode, e),
-        offset_of!(CwBvhNode, child_base_idx),
-        offset_of!(CwBvhNode, primitive_base_idx),
-        offset_of!(CwBvhNode, child_meta),
-        offset_of!(CwBvhNode, child_min_x),
-        offset_of!(CwBvhNode, child_max_x),
-        offset_of!(CwBvhNode, child_min_y),
-        offset_of!(CwBvhNode, child_max_y),
-        offset_of!(CwBvhNode, child_min_z),
-        offset_of!(CwBvhNode, child_max_z),
-    ];
+    // The kernel reads four bytes at a time; these members begin its words.
+    macro_rules! offsets {
+        ($of:ident: $($field:ident)*) => { vec![$(offset_of!($of, $field)),*] };
+    }
+    let node = offsets!(CwBvhNode: p e child_base_idx primitive_base_idx child_meta child_min_x child_max_x child_min_y
+        child_max_y child_min_z child_max_z);
     assert_eq!(layout(&module, "Node"), (node, NODE_BYTES));
     assert_eq!(offset_of!(CwBvhNode, imask), offset_of!(CwBvhNode, e) + 3);
-    let triangle = vec![
-        offset_of!(TriangleBlock, a),
-        offset_of!(TriangleBlock, number),
-        offset_of!(TriangleBlock, b),
-        offset_of!(TriangleBlock, facet),
-        offset_of!(TriangleBlock, c),
-    ];
+    let triangle = offsets!(TriangleBlock: a number b facet c);
     assert_eq!(layout(&module, "Triangle"), (triangle, size_of::<TriangleBlock>()));
 }

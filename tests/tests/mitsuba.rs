@@ -1,63 +1,42 @@
-//! One answer from every backend and from Mitsuba 3: each scene of `scripts/verify/scenes`, on each device of this
-//! machine, with and without polarisation; and faults that must not go unnoticed.
+//! Each scene of `scripts/verify/scenes` on each device of this machine against Mitsuba 3, with and without polarisation;
+//! and deliberate faults, which the comparison must detect.
 //!
 //! `REQUIRE_BACKENDS` names backends that must have a device here: see [`gemtrace_tests::device`].
 
-use backend_cpu::CPU;
 use gemtrace_tests::{
-    compare::Difference,
-    device::{Way, ways},
+    device::{Target, targets},
     mitsuba::{Reference, SCENES, agree, at, scene},
+    prelude::{render_on, *},
 };
 use libtest_mimic::{Arguments, Failed, Trial};
 use spectral_core::{
     absorption::{Absorption, Term},
     dispersion::Dispersion,
-    film::Film,
     material::Kind,
-    prepare::PreparedScene,
-    scene::{Scene, Stone},
-    settings::RenderSettings,
-    tracer::{Backend, DeviceInfo, OpenOptions},
 };
-use std::ops::ControlFlow;
-use std::sync::Arc;
 
 fn main() {
     let arguments = Arguments::from_args();
-    let (present, mut trials) = ways();
-    for way in present {
+    let (present, mut trials) = targets();
+    for target in present {
         for name in SCENES {
-            let (trial, way) = (format!("[{}] {name}", way.name), way.clone());
-            trials.push(Trial::test(trial, move || reproduces(name, &way)));
+            let (trial, target) = (format!("[{}] {name}", target.name), target.clone());
+            trials.push(Trial::test(trial, move || reproduces(name, &target)));
         }
     }
-    trials.extend(FAULTS.map(|fault| {
-        Trial::test(format!("[fault] {}", fault.name), move || notices(&fault, &CPU, &(CPU.devices)()[0]))
-    }));
+    trials.extend(
+        FAULTS.map(|fault| Trial::test(format!("[fault] {}", fault.name), move || is_detected(&fault))),
+    );
     libtest_mimic::run(&arguments, trials).exit();
 }
 
-fn render(
-    scene: &Scene,
-    settings: &RenderSettings,
-    backend: &Backend,
-    device: &DeviceInfo,
-) -> Result<Film, Failed> {
-    let prepared = Arc::new(PreparedScene::new(scene, settings)?);
-    let mut film = Film::new(&prepared);
-    let mut tracer = backend.tracer(device, prepared, &OpenOptions::default())?;
-    tracer.trace(0..settings.samples, &mut film, &mut |_| ControlFlow::Continue(()))?;
-    Ok(film)
-}
-
-fn reproduces(name: &str, way: &Way) -> Result<(), Failed> {
+fn reproduces(name: &str, target: &Target) -> Result<(), Failed> {
     for polarized in [false, true] {
         let loaded = scene(name, polarized);
-        let film = render(&loaded.scene, &loaded.settings, &way.backend, &way.device)?;
+        let film = render_on(&target.backend, &target.device, &loaded.scene, &loaded.settings)?.film;
         let nm = loaded.settings.wavelengths.nm();
         let differences = Reference::of(name, polarized).differences(&film, nm);
-        let trial = format!("[{}] {name}, polarised {polarized}", way.name);
+        let trial = format!("[{}] {name}, polarised {polarized}", target.name);
         eprintln!("{trial}: {}", list(&differences));
         if !agree(&differences) {
             return Err(format!("{trial}: {}", list(&differences)).into());
@@ -70,15 +49,15 @@ fn list(differences: &[Difference]) -> String {
     differences.iter().map(ToString::to_string).collect::<Vec<_>>().join("; ")
 }
 
-/// A mistake that a renderer could make.
+/// A possible error of a renderer.
 #[derive(Clone, Copy)]
 struct Fault {
     name: &'static str,
     scene: &'static str,
     nm: f64,
-    /// The reference to compare with: the scene's own, or one with the fault in it.
+    /// The reference: that of the scene, or one with the fault in it.
     reference: &'static str,
-    /// Makes the mistake at the given wavelength.
+    /// Introduces the fault at the given wavelength.
     plant: fn(&mut Scene, f64),
 }
 
@@ -104,8 +83,8 @@ const FAULTS: [Fault; 4] = [
         reference: "slab-grazing",
         plant: |scene, _| scene.environment.rotation += 1.0,
     },
-    // Exchanged everywhere, s and p give the same intensities, as E and H do: the fault is to exchange them in reflection
-    // alone. No input of gemtrace does that, so Mitsuba's picture has it.
+    // Exchanging s and p everywhere changes no intensity, as exchanging E and H does not. The fault is to exchange them in
+    // reflection alone. No input of gemtrace does that, so it is in Mitsuba's picture.
     Fault {
         name: "s and p exchanged in reflection",
         scene: "slab-grazing",
@@ -126,11 +105,11 @@ fn each_dielectric(scene: &mut Scene, change: fn(f64, f64) -> (f64, f64), nm: f6
 }
 
 /// The comparison must hold without the fault and fail with it.
-fn notices(fault: &Fault, backend: &Backend, device: &DeviceInfo) -> Result<(), Failed> {
+fn is_detected(fault: &Fault) -> Result<(), Failed> {
     let loaded = scene(fault.scene, true);
     let settings = at(fault.nm, loaded.settings);
     let compare = |scene: &Scene, reference: &str| -> Result<Vec<Difference>, Failed> {
-        let film = render(scene, &settings, backend, device)?;
+        let film = render(&CPU, scene, &settings).film;
         Ok(Reference::of(reference, true).differences(&film, &[fault.nm]))
     };
     let sound = compare(&loaded.scene, fault.scene)?;
@@ -139,7 +118,7 @@ fn notices(fault: &Fault, backend: &Backend, device: &DeviceInfo) -> Result<(), 
     let found = compare(&faulty, fault.reference)?;
     eprintln!("[fault] {}: {}; without it {}", fault.name, list(&found), list(&sound));
     if !agree(&sound) {
-        return Err(format!("the sound scene differs: {}", list(&sound)).into());
+        return Err(format!("the scene differs without the fault: {}", list(&sound)).into());
     }
-    if agree(&found) { Err(format!("not noticed: {}", list(&found)).into()) } else { Ok(()) }
+    if agree(&found) { Err(format!("not detected: {}", list(&found)).into()) } else { Ok(()) }
 }

@@ -1,25 +1,13 @@
-//! The same cut by its facet planes and through the hierarchy of triangles.
+//! The same cut by its facet planes and by the hierarchy of triangles.
 
-use backend_cpu::CPU;
-use gemtrace_tests::{
-    compare::Difference,
-    render::{Picture, Way, render},
-    scene::{eye, gem, scene, settings, tinted},
-    solid::CUTS,
-};
-use glam::DVec3;
-use spectral_core::{
-    environment::{Environment, LatLong},
-    scene::{Scene, Stone},
-    settings::RenderSettings,
-};
+use gemtrace_tests::prelude::*;
 
 fn view(cut: &str) -> Scene {
     let camera = eye(DVec3::new(3.0, -11.0, 30.0), 13.0);
-    scene(camera, 128, Environment::image(LatLong::studio()), vec![gem(cut, tinted(2.0, 0.03))])
+    scene(camera, 128, studio(), vec![gem(cut, tinted(2.0, 0.03))])
 }
 
-/// A crumb of stone far behind the camera: the stone is no longer alone.
+/// A small stone far behind the camera: the stone is no longer alone.
 fn with_crumb(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let crumb = Stone { width: Some(1e-3), position: DVec3::new(9.0, 20.0, 60.0), ..scene.stones[0].clone() };
@@ -44,11 +32,8 @@ fn each_cut_looks_the_same_both_ways() {
             let planes = Way::Planes.render(&scene, &settings);
             let what = format!("{cut}, polarised {polarized}");
             agree(&planes, &Way::Tree.render(&scene, &settings), &format!("{what}, a speck inside"));
-            agree(
-                &planes,
-                &render(&CPU, &with_crumb(&scene), &settings),
-                &format!("{what}, a crumb far away"),
-            );
+            let beside = render(&CPU, &with_crumb(&scene), &settings);
+            agree(&planes, &beside, &format!("{what}, a crumb far away"));
         }
     }
 }

@@ -1,20 +1,13 @@
-//! Polarisation from event to event: mirrors in a row, whose planes of incidence are turned.
+//! Polarisation from event to event: two mirrors with planes of incidence turned against each other.
 
-use gemtrace_tests::{
-    light::furnace,
-    render::Way,
-    scene::{probe, scene, settings, stone, tinted},
-    solid::plate,
-};
-use glam::{DMat3, DVec3};
-use spectral_core::{mesh::Mesh, scene::Scene, settings::RenderSettings};
-use std::sync::Arc;
+use gemtrace_tests::prelude::*;
+use spectral_core::mesh::Mesh;
 
 /// A plate whose upper face has the unit `normal` and its middle at `point`.
 fn mirror(normal: DVec3, point: DVec3) -> Arc<Mesh> {
     let x = normal.any_orthonormal_vector();
     let turn = DMat3::from_cols(x, normal.cross(x), normal);
-    // Off the middle, so that no edge between triangles is met.
+    // Not the middle, where an edge between triangles lies.
     let middle = turn * DVec3::new(0.13, 0.07, 0.0);
     Arc::new(plate(4.0, 1.0).transformed(turn, 1.0, point - middle).expect("a rotation"))
 }
@@ -36,20 +29,13 @@ fn two_mirrors(n: f64, angle: f64, turn: f64) -> Scene {
     scene(probe(-20.0 * direction, direction, 1e-3), 1, furnace(), stones)
 }
 
-/// (R_s, R_p) from air.
-fn fresnel(n: f64, angle: f64) -> [f64; 2] {
-    let (sin, c) = angle.to_radians().sin_cos();
-    let t = (1.0 - (sin / n).powi(2)).sqrt();
-    [((c - n * t) / (c + n * t)).powi(2), ((n * c - t) / (n * c + t)).powi(2)]
-}
-
 #[test]
 fn two_mirrors_obey_malus() {
     // With m = (R_s + R_p)/2 and d = (R_s − R_p)/2 the Mueller matrices give m² + d² cos 2φ: at Brewster's angle
     // Malus's law, R_s² cos²φ / 2, and no light at all where the mirrors are crossed.
     let n = 1.5168_f64;
     for angle in [n.atan().to_degrees(), 35.0, 70.0] {
-        let [s, p] = fresnel(n, angle);
+        let [s, p] = reflectances(n, angle);
         let (mean, half) = ((s + p) / 2.0, (s - p) / 2.0);
         for turn in [0.0, 17.0, 45.0, 60.0, 90.0, 130.0_f64] {
             let scene = two_mirrors(n, angle, turn);
@@ -59,10 +45,8 @@ fn two_mirrors_obey_malus() {
                     let found = way.render(&scene, &settings).first_line()[0];
                     let share = if polarized { half * half } else { 0.0 };
                     let expected = mean * mean + share * (2.0 * turn).to_radians().cos();
-                    assert!(
-                        (found - expected).abs() < way.tolerance(2e-7, 1e-8),
-                        "{way:?}, {angle}°, turned by {turn}°, polarised {polarized}: {found}, not {expected}"
-                    );
+                    let what = format!("{way:?}, {angle}°, turned by {turn}°, polarised {polarized}");
+                    close(found, expected, way.tolerance(2e-7, 1e-8), what);
                 }
             }
         }

@@ -1,24 +1,16 @@
-//! Light takes the same path both ways: what a path passes on from a lamp to the eye it passes on from the eye
-//! to the lamp (Stokes–Helmholtz). A path's throughput is T_in · ΠR · T_out in energy, and that is symmetric.
+//! Reciprocity (Stokes–Helmholtz): a path has the same throughput from the lamp to the eye as from the eye to the lamp.
+//! The throughput T_in · ΠR · T_out in energy is symmetric.
 
-use gemtrace_tests::{
-    light::lamp,
-    render::Way,
-    scene::{glass, probe, scene, settings, stone},
-    solid::cut,
-};
-use glam::DVec3;
+use gemtrace_tests::prelude::*;
 use spectral_core::{
     fresnel::{Fresnel, dielectric},
     mesh::Mesh,
-    settings::RenderSettings,
     stokes::{Scalar, StokesRow, align, any_axis},
 };
-use std::sync::Arc;
 
 const N: f64 = 2.41726;
 
-/// One way out of a stone.
+/// A ray that leaves a stone.
 #[derive(Debug, Clone, Copy)]
 struct Exit {
     origin: DVec3,
@@ -28,7 +20,7 @@ struct Exit {
     events: u32,
 }
 
-/// A ray with both kinds of throughput, moved by the core's maths alone.
+/// A ray with both kinds of throughput, traced by the functions of the core alone.
 struct Walker<'a> {
     mesh: &'a Mesh,
     origin: DVec3,
@@ -44,7 +36,7 @@ impl<'a> Walker<'a> {
         Walker { mesh, origin, direction, row, axis, scalar: Scalar::eye() }
     }
 
-    /// Distance to each plane along the ray, for those it runs towards from inside (or outside).
+    /// The nearest plane along the ray, seen from inside or outside.
     fn nearest(&self, inside: bool) -> Option<(f64, DVec3)> {
         let planes = self.mesh.facets().iter().map(|f| f.plane);
         let hits = planes.filter_map(|plane| {
@@ -52,11 +44,11 @@ impl<'a> Walker<'a> {
             let distance = -plane.distance(self.origin) / towards;
             ((towards > 0.0) == inside && distance > -1e-12).then_some((distance, plane.normal))
         });
-        // From inside the first plane is met, from outside the last.
+        // From inside the first plane counts, from outside the last.
         hits.reduce(|a, b| if (b.0 < a.0) == inside { b } else { a })
     }
 
-    /// Moves to a surface; its event.
+    /// Moves to a surface and returns its event.
     fn arrive(&mut self, distance: f64, normal: DVec3, eta: f64) -> Fresnel<f64> {
         self.origin += self.direction * distance;
         let frame = align(self.direction.to_array(), self.axis, normal.to_array());
@@ -70,7 +62,7 @@ impl<'a> Walker<'a> {
         (self.direction * eta + facing * (eta * towards.abs() - cos_t)).normalize()
     }
 
-    /// All the ways out within `events` surface events.
+    /// All exits within `events` surface events.
     fn exits(mut self, events: u32) -> Vec<Exit> {
         let mut exits = Vec::new();
         let Some((distance, normal)) = self.nearest(false) else { return exits };
@@ -96,7 +88,7 @@ impl<'a> Walker<'a> {
     }
 }
 
-/// Rays towards the stone from all round.
+/// Rays to the stone from all directions.
 fn rays(count: u32) -> impl Iterator<Item = (DVec3, DVec3)> {
     (0..count).map(move |k| {
         let z = 1.0 - (2.0 * f64::from(k) + 1.0) / f64::from(count);
@@ -109,17 +101,17 @@ fn rays(count: u32) -> impl Iterator<Item = (DVec3, DVec3)> {
 }
 
 #[test]
-fn every_path_is_as_bright_backwards() {
+fn every_path_has_the_same_throughput_backwards() {
     let mesh = cut("round-brilliant");
     let (mut paths, mut worst) = (0, 0.0_f64);
     for (origin, direction) in rays(300) {
         for exit in Walker::new(&mesh, origin, direction).exits(10) {
-            // Back along the way it left.
+            // Back along the exit.
             let back = Walker::new(&mesh, exit.origin + 5.0 * exit.direction, -exit.direction);
             let returned = back.exits(10).into_iter().find(|e| e.events == exit.events);
             let Some(returned) = returned else { continue };
             if exit.polarized < 1e-6 || returned.direction.dot(-direction) < 1.0 - 1e-12 {
-                // Rounding at an edge may send it another way.
+                // At an edge, rounding may change the path.
                 continue;
             }
             paths += 1;
@@ -128,20 +120,20 @@ fn every_path_is_as_bright_backwards() {
         }
     }
     println!("{paths} paths, worst relative difference {worst:.1e}");
-    // Rounding grows with each reflection; 692 such paths were found within 6e-14 by another program.
+    // Rounding grows with each reflection. Another program found 692 such paths within 6e-14.
     assert!(paths > 692 && worst < 1e-11, "{paths} paths, {worst:e}");
 }
 
-/// What the renderer sees along a ray, lit by a lamp of 3° radius in the direction `towards`.
+/// The radiance along a ray, lit by a lamp of 3° radius in the direction `towards`.
 fn seen(way: Way, ray: (DVec3, DVec3), towards: DVec3, mesh: &Arc<Mesh>, polarized: bool) -> f64 {
     let camera = probe(ray.0, ray.1, 1e-6);
     let scene = scene(camera, 1, lamp(towards, 3.0), vec![stone(mesh.clone(), glass(N))]);
-    let settings = RenderSettings { polarized, max_depth: 12, ..settings(&[550.0]) };
-    way.render(&scene, &RenderSettings { leftover: spectral_core::settings::Leftover::Drop, ..settings })
-        .first_line()[0]
+    let leftover = Leftover::Drop;
+    let settings = RenderSettings { polarized, max_depth: 12, leftover, ..settings(&[550.0]) };
+    way.render(&scene, &settings).first_line()[0]
 }
 
-/// Whether this exit alone, of all that a ray has, is within reach of a lamp about it.
+/// Whether only one exit of a ray lies within reach of a lamp in that direction.
 fn alone(ray: (DVec3, DVec3), towards: DVec3, mesh: &Mesh) -> bool {
     let near = |d: DVec3| d.dot(towards) > 6.0_f64.to_radians().cos();
     let mirrored = mesh.facets().iter().any(|f| near(ray.1.reflect(f.plane.normal)));
@@ -149,7 +141,7 @@ fn alone(ray: (DVec3, DVec3), towards: DVec3, mesh: &Mesh) -> bool {
 }
 
 #[test]
-fn the_renderer_sees_a_path_as_bright_from_either_end() {
+fn the_renderer_is_reciprocal() {
     let mesh = cut("round-brilliant");
     let mut paths = 0;
     for ray in rays(25) {
@@ -161,15 +153,11 @@ fn the_renderer_sees_a_path_as_bright_from_either_end() {
             }
             for way in Way::ALL {
                 for (polarized, expected) in [(true, exit.polarized), (false, exit.scalar)] {
-                    let there = seen(way, ray, exit.direction, &mesh, polarized);
-                    let and_back = seen(way, back, -ray.1, &mesh, polarized);
-                    let what = format!("{way:?}, {} events, polarised {polarized}", exit.events);
-                    let tolerance = way.tolerance(1e-4, 1e-6);
-                    assert!((there / expected - 1.0).abs() < tolerance, "{what}: {there}, not {expected}");
-                    assert!(
-                        (and_back / expected - 1.0).abs() < tolerance,
-                        "{what}: back {and_back}, not {expected}"
-                    );
+                    for (ray, towards) in [(ray, exit.direction), (back, -ray.1)] {
+                        let found = seen(way, ray, towards, &mesh, polarized);
+                        let what = format!("{way:?}, {} events, polarised {polarized}", exit.events);
+                        close(found / expected, 1.0, way.tolerance(1e-4, 1e-6), what);
+                    }
                 }
             }
             paths += 1;

@@ -1,18 +1,12 @@
-//! The picture of an independent renderer, reproduced from its scene file: see `data/reference/README.md`.
+//! The picture of an independent renderer, reproduced from its scene file; see `data/reference/README.md`.
 
-use backend_cpu::CPU;
-use exr::prelude::{ReadChannels, ReadLayers};
 use gemtrace::scene_file::{LoadedScene, load};
-use gemtrace_tests::{
-    compare::Difference,
-    render::{Picture, render},
-    scene::with_speck,
-};
-use spectral_core::{cie::Illuminant, color::RgbSpace, settings::RenderSettings, wavelength::WavelengthGrid};
+use gemtrace_tests::{image::read_channels, prelude::*};
+use spectral_core::{cie::Illuminant, color::RgbSpace};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Every fourth pixel of the reference is kept, from this one on.
+/// The first kept pixel of the reference; every fourth is kept.
 const KEPT: [usize; 2] = [1, 2];
 const STEP: usize = 4;
 const SIZE: usize = 512;
@@ -23,26 +17,17 @@ fn data(name: &str) -> PathBuf {
 
 /// The reference's planes by channel name.
 fn reference() -> HashMap<String, Vec<f64>> {
-    let image = exr::prelude::read()
-        .no_deep_data()
-        .largest_resolution_level()
-        .all_channels()
-        .first_valid_layer()
-        .all_attributes()
-        .from_file(data("diamond.exr"))
-        .expect("the reference is an EXR image");
-    let channels = image.layer_data.channel_data.list.into_iter();
-    channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().map(f64::from).collect())).collect()
+    read_channels(&data("diamond.exr")).1
 }
 
-/// Of the pixels that the reference kept, those of its stone, as places in the kept image.
+/// The kept pixels that show the stone, as indices of the kept image.
 fn stone(reference: &HashMap<String, Vec<f64>>) -> Vec<usize> {
     let stone: Vec<usize> = (0..reference["stone"].len()).filter(|&i| reference["stone"][i] > 0.5).collect();
     assert_eq!(stone.len(), 8342);
     stone
 }
 
-/// Where a kept pixel lies in the whole image, row by row.
+/// The index of a kept pixel in the whole image.
 fn place(kept: usize) -> usize {
     let side = SIZE / STEP;
     let [x, y] = [KEPT[0] + STEP * (kept % side), KEPT[1] + STEP * (kept / side)];
@@ -53,7 +38,7 @@ fn scene() -> LoadedScene {
     load(&data("brilliant_diamond.toml")).expect("the reference's scene")
 }
 
-fn judge_spectral(picture: &Picture, nm: &[f64]) {
+fn compare_spectral(picture: &Picture, nm: &[f64]) {
     let reference = reference();
     let (stone, radiances) = (stone(&reference), picture.radiances());
     for (line, nm) in nm.iter().enumerate() {
@@ -75,7 +60,7 @@ fn spectral_radiance() {
     let LoadedScene { scene, settings, warnings, .. } = scene();
     assert!(settings.spectral && !settings.polarized && settings.samples == 1);
     println!("{warnings:?}");
-    judge_spectral(&render(&CPU, &scene, &settings), settings.wavelengths.nm());
+    compare_spectral(&render(&CPU, &scene, &settings), settings.wavelengths.nm());
 }
 
 #[test]
@@ -83,7 +68,7 @@ fn spectral_radiance_through_the_hierarchy() {
     let LoadedScene { scene, settings, .. } = scene();
     let grid = WavelengthGrid::list(vec![460.0, 650.0]).expect("ascending");
     let settings = RenderSettings { wavelengths: grid, ..settings };
-    judge_spectral(&render(&CPU, &with_speck(&scene), &settings), settings.wavelengths.nm());
+    compare_spectral(&render(&CPU, &with_speck(&scene), &settings), settings.wavelengths.nm());
 }
 
 #[test]
@@ -96,7 +81,7 @@ fn colour_under_daylight() {
     let reference = reference();
     let rgb = ["R", "G", "B"].map(|c| &reference[c]);
     let stone = stone(&reference);
-    // Relative to the pixel's largest component: a component near 0 has no digits of its own.
+    // Relative to the largest component of the pixel: components near 0 have no significant digits.
     let errors = |i: usize| {
         let (expected, found) = (rgb.map(|plane| plane[i]), found[place(i)]);
         let most = expected.into_iter().fold(1e-6, f64::max);

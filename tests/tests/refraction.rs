@@ -1,22 +1,10 @@
-//! Directions: Snell's law read off by light that measures angles, and the edge of total reflection.
+//! Directions: Snell's law, measured with a light that shows angles, and the critical angle.
 
-use gemtrace_tests::{
-    light::{furnace, protractor, protractor_white},
-    render::Way,
-    scene::{glass, material, parallel, probe, scene, settings, stone},
-    solid::{prism, sphere},
-};
-use glam::DVec3;
-use spectral_core::{
-    camera::Camera,
-    dispersion::fraunhofer,
-    material::Material,
-    scene::{Background, Scene},
-    settings::{Leftover, RenderSettings},
-};
+use gemtrace_tests::prelude::*;
+use spectral_core::{dispersion::fraunhofer, material::Material};
 use std::f64::consts::PI;
 
-/// In at one face and out at the other, and no further.
+/// Entry at one face and exit at the other.
 fn two_events(nm: &[f64]) -> RenderSettings {
     RenderSettings { max_depth: 2, leftover: Leftover::Drop, ..settings(nm) }
 }
@@ -34,7 +22,7 @@ fn through_prism(apex: f64, slope: f64, material: Material) -> Scene {
     scene(into_prism(apex, slope), 1, furnace(), vec![stone(prism(apex, 20.0), material)])
 }
 
-/// By wavelength, how many degrees below the +y direction the ray leaves the prism.
+/// By wavelength, the angle of the exit below the +y direction in degrees.
 fn descent(way: Way, scene: &Scene, nm: &[f64]) -> Vec<f64> {
     let under = |environment| {
         let scene = Scene { environment, ..scene.clone() };
@@ -81,11 +69,7 @@ fn snell_across_the_fraunhofer_lines() {
             for (found, nm) in descent(way, &scene, &nm).into_iter().zip(nm) {
                 let out = (material.index(nm) * (15.0 * PI / 180.0).sin()).asin().to_degrees();
                 let expected = out - 7.5;
-                let tolerance = way.tolerance(1e-4, 2e-5);
-                assert!(
-                    (found - expected).abs() < tolerance,
-                    "{way:?}, {name} at {nm} nm: {found}, not {expected}"
-                );
+                close(found, expected, way.tolerance(1e-4, 2e-5), format!("{way:?}, {name} at {nm} nm"));
             }
         }
     }
@@ -93,23 +77,20 @@ fn snell_across_the_fraunhofer_lines() {
 
 #[test]
 fn the_critical_angle_divides_total_from_partial_reflection() {
-    // Along the normal into a prism of apex A, so that the second face is met at A: what gets out is
-    // (1 − R₀)(1 − R(A)) below asin(1/n) and nothing from there on.
+    // Along the normal into a prism of apex A: the second face is met at A. The share that leaves is (1 − R₀)(1 − R(A))
+    // below asin(1/n), and nothing above.
     for (n, critical) in [(1.5168_f64, 41.245_19), (1.76808, 34.442_94), (2.41726, 24.436_94)] {
         assert!(((1.0 / n).asin().to_degrees() - critical).abs() < 5e-6);
         let face = ((n - 1.0) / (n + 1.0)).powi(2);
         for way in Way::ALL {
             for off in [-10.0, -1.0, -0.1, -0.02, 0.02, 0.1, 1.0, 10.0] {
                 let apex = (1.0 / n).asin().to_degrees() + off;
-                let (sin, cos) = apex.to_radians().sin_cos();
-                let t = (1.0 - (n * sin).powi(2)).max(0.0).sqrt();
-                let s = ((n * cos - t) / (n * cos + t)).powi(2);
-                let p = ((cos - n * t) / (cos + n * t)).powi(2);
+                let [s, p] = if off < 0.0 { reflectances(1.0 / n, apex) } else { [1.0; 2] };
                 let reflected = (1.0 - face) * (s + p) / 2.0;
                 let scene = through_prism(apex, -apex / 2.0, glass(n));
                 let picture = way.render(&scene, &two_events(&[550.0]));
                 let (seen, dropped) = (picture.first_line()[0], picture.report.energy.dropped_depth);
-                // Near the critical angle T grows with the root of the distance to it.
+                // Near the critical angle T grows with the square root of the distance to it.
                 let tolerance = way.tolerance(4e-6 / off.abs().sqrt().min(1.0), 1e-7);
                 let what = format!("{way:?}, n = {n}, {off}° from critical");
                 assert!((dropped - reflected).abs() < tolerance, "{what}: {dropped}, not {reflected}");
@@ -122,14 +103,13 @@ fn the_critical_angle_divides_total_from_partial_reflection() {
 
 #[test]
 fn hemispherical_reflectance_of_a_sphere() {
-    // Seen by parallel rays, a sphere shows every angle with weight 2 sin θ cos θ: its mean brightness in uniform
-    // light is the hemispherical reflectance ∫R(θ) 2 sin θ cos θ dθ (Duntley 1942).
+    // With parallel rays, a sphere shows every angle with weight 2 sin θ cos θ. So its mean brightness in uniform light is
+    // the hemispherical reflectance ∫R(θ) 2 sin θ cos θ dθ (Duntley 1942).
     let settings = RenderSettings { max_depth: 1, samples: 9, ..two_events(&[550.0]) };
     for (n, published) in [(1.5168, 0.094_24), (1.768, 0.129_694), (2.41726, 0.212_218)] {
         let ball = stone(sphere(1.0, 240, 480), glass(n));
-        let against_black = Background::Transparent;
         let seen = scene(parallel(DVec3::new(3.0, 2.0, 5.0), 2.02), 160, furnace(), vec![ball]);
-        let picture = Way::Tree.render(&Scene { background: against_black, ..seen }, &settings);
+        let picture = Way::Tree.render(&Scene { background: Background::Transparent, ..seen }, &settings);
         let bright: f64 = picture.first_line().iter().sum();
         let disc: f64 = picture.coverage().iter().sum();
         let mean = bright / disc;

@@ -1,4 +1,4 @@
-//! Each function of the kernel against its Rust twin, on a grid, on every GPU of this machine.
+//! Each function of the kernel against its Rust counterpart, on many inputs, on every GPU of this machine.
 
 use accel::testing::Random;
 use bytemuck::bytes_of;
@@ -19,7 +19,7 @@ fn library(parts: &[&str]) -> String {
     FORM.constants() + &parts.join("\n")
 }
 
-/// The largest distance of two lists of numbers, place by place.
+/// The largest difference between two lists of numbers.
 fn worst(found: &[Row], expected: &[Row]) -> f32 {
     assert_eq!(found.len(), expected.len());
     let pairs = found.iter().flatten().zip(expected.iter().flatten());
@@ -47,7 +47,7 @@ fn event(e: &Fresnel<f32>) -> Row {
     ])
 }
 
-/// Indices of refraction on the incident side over beyond: into and out of every gem, and between two.
+/// Ratios of the refractive indices before and behind the surface: into and out of every gem, and between two gems.
 const RATIOS: [f32; 10] = [1.0 / 2.65, 1.0 / 2.417, 1.0 / 1.5168, 0.9, 0.999, 1.0, 1.001, 1.3, 1.5168, 2.417];
 
 #[test]
@@ -64,15 +64,15 @@ fn dielectrics() {
             }
         }
     }
-    // The twin takes cos²θ₂ in double precision; the kernel is as good if its result is what the twin makes of a
-    // cosine at most one step away, but for the rounding of the result itself.
+    // The Rust function computes cos²θ₂ in double precision. The kernel is as good if its result is that of the Rust
+    // function for a cosine at most one step away, except for the rounding of the result itself.
     let twins = |i: &Row| {
         let c = i[0];
         [c.next_down().max(0.0), c, c.next_up().min(1.0)].map(|c| event(&dielectric(c, i[1])))
     };
     let expected: Vec<[Row; 3]> = inputs.iter().map(twins).collect();
     for gpu in gpus() {
-        // Beside it the plain formula, to show what the pairs of singles are for.
+        // In comparison the plain formula, to show the benefit of pairs of single-precision numbers.
         let plain = "out[9] = sqrt(max(1.0 - in[1] * in[1] * (1.0 - in[0] * in[0]), 0.0));";
         let body = format!("let e = dielectric(in[0], in[1]); {EVENT} {plain}");
         let found = map(&gpu, &library(&[FRESNEL]), &body, &[], &inputs);
@@ -111,14 +111,14 @@ fn conductors() {
     for gpu in gpus() {
         let body = format!("let e = conductor(in[0], in[1], in[2], in[3]); {EVENT}");
         let found = map(&gpu, &library(&[FRESNEL]), &body, &[], &inputs);
-        let (feeble, metals): (Vec<_>, Vec<_>) =
+        let (weak, metals): (Vec<_>, Vec<_>) =
             found.iter().zip(&expected).zip(&inputs).partition(|(_, input)| input[3] < 1e-3);
-        let [feeble, metals] = [feeble, metals]
+        let [weak, metals] = [weak, metals]
             .map(|list| list.iter().map(|((f, e), _)| worst(&[**f], &[**e])).fold(0.0, f32::max));
-        println!("conductor, largest difference: {metals:e}, feeble absorber {feeble:e}");
+        println!("conductor, largest difference: {metals:e}, weak absorber {weak:e}");
         assert!(metals <= 1e-6, "{metals}");
-        // No metal: seen from diamond it has a critical angle, where the twin's double precision tells.
-        assert!(feeble <= 3e-5, "{feeble}");
+        // Not a metal: seen from diamond it has a critical angle, where double precision is more accurate.
+        assert!(weak <= 3e-5, "{weak}");
     }
 }
 

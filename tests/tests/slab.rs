@@ -1,18 +1,12 @@
-//! One plate against the closed forms of optics, by every way through the renderer.
+//! One plate against the closed forms of optics, by every algorithm.
 //!
-//! Published figures: computed independently in high precision from the same equations (Born & Wolf,
-//! *Principles of Optics*, §1.5), six or eight digits.
+//! The published figures were computed independently in high precision from the same equations (Born & Wolf, *Principles
+//! of Optics*, §1.5), to six or eight digits.
 
-use gemtrace_tests::{
-    light::{furnace, half},
-    render::Way,
-    scene::{glass, metal, probe, scene, settings, stone, tinted},
-    solid::plate,
-};
-use glam::DVec3;
-use spectral_core::{environment::Environment, material::Material, settings::RenderSettings};
+use gemtrace_tests::prelude::*;
+use spectral_core::material::Material;
 
-/// Radiance along one ray that meets the plate's upper face at `angle` degrees from its normal, off any symmetry.
+/// The radiance along one ray that meets the plate's upper face at `angle` degrees from its normal, without any symmetry.
 fn seen(
     way: Way,
     angle: f64,
@@ -28,17 +22,6 @@ fn seen(
     way.render(&scene, settings).first_line()[0]
 }
 
-fn close(found: f64, expected: f64, tolerance: f64, what: impl std::fmt::Display) {
-    assert!((found - expected).abs() <= tolerance, "{what}: {found} instead of {expected}");
-}
-
-/// Fresnel's reflectances (s, p) entering index `n` from air at `angle` degrees.
-fn fresnel(n: f64, angle: f64) -> [f64; 2] {
-    let (sin, c) = angle.to_radians().sin_cos();
-    let t = (1.0 - (sin / n).powi(2)).sqrt();
-    [((c - n * t) / (c + n * t)).powi(2), ((n * c - t) / (n * c + t)).powi(2)]
-}
-
 /// (T, R) of a plate with face reflectance `r` and internal transmittance `a`: the sum of all inner reflections,
 /// T = (1 − r)²a/(1 − r²a²), R = r + (1 − r)²ra²/(1 − r²a²).
 fn airy_energies(r: f64, a: f64) -> [f64; 2] {
@@ -46,9 +29,9 @@ fn airy_energies(r: f64, a: f64) -> [f64; 2] {
     [through * a, r + through * r * a * a]
 }
 
-/// [`airy_energies`] for unpolarised light: polarisations kept apart, or averaged at each event.
+/// [`airy_energies`] for unpolarised light, with polarisation or with the mean of s and p at each event.
 fn slab(n: f64, angle: f64, a: f64, polarized: bool) -> [f64; 2] {
-    let [s, p] = fresnel(n, angle);
+    let [s, p] = reflectances(n, angle);
     if !polarized {
         return airy_energies((s + p) / 2.0, a);
     }
@@ -72,7 +55,7 @@ fn normal_incidence() {
     for way in Way::ALL {
         let tolerance = way.tolerance(5e-7, 5e-8);
         for [n, face, through, back] in NORMAL_INCIDENCE {
-            // Glass too dark for its back face to show.
+            // The glass is so dark that its back face does not show.
             let black = seen(way, 0.0, 1.0, tinted(n, 50.0), furnace(), &settings);
             close(black, face, tolerance, format!("{way:?}, face of n = {n}"));
             let below = seen(way, 0.0, 1.0, glass(n), half(-DVec3::Z), &settings);
@@ -97,9 +80,26 @@ fn brewster_reflects_s_alone() {
     }
 }
 
+/// Checks (T, R) of a plate by every algorithm, each in the light of one half sphere.
+fn check_plate(
+    angle: f64,
+    thickness: f64,
+    material: Material,
+    expected: [f64; 2],
+    settings: &RenderSettings,
+) {
+    for way in Way::ALL {
+        for (axis, expected) in [-DVec3::Z, DVec3::Z].into_iter().zip(expected) {
+            let found = seen(way, angle, thickness, material.clone(), half(axis), settings);
+            let what = format!("{way:?}, {angle}°, light from {axis}, polarised {}", settings.polarized);
+            close(found, expected, way.tolerance(1e-6, 5e-8), what);
+        }
+    }
+}
+
 #[test]
 fn lossless_plate_at_any_angle() {
-    // Angle, T with polarisations kept apart, T with their mean taken at each event; n = 1.5168.
+    // Angle, T with polarisation, T with the mean of s and p at each event; n = 1.5168.
     let figures = [
         (0.0, 0.919_083, 0.919_083),
         (30.0, 0.916_724, 0.916_22),
@@ -107,19 +107,12 @@ fn lossless_plate_at_any_angle() {
         (60.0, 0.844_208, 0.831_572),
         (75.0, 0.615_321, 0.592_174),
     ];
-    for (angle, apart, averaged) in figures {
-        for (polarized, published) in [(true, apart), (false, averaged)] {
+    for (angle, separate, mean) in figures {
+        for (polarized, published) in [(true, separate), (false, mean)] {
             let settings = RenderSettings { polarized, ..settings(&[550.0]) };
             let [through, back] = slab(1.5168, angle, 1.0, polarized);
             close(through, published, 1e-6, "closed form against published figure");
-            for way in Way::ALL {
-                let tolerance = way.tolerance(1e-6, 5e-8);
-                let what = format!("{way:?}, {angle}°, polarised {polarized}");
-                let below = seen(way, angle, 1.0, glass(1.5168), half(-DVec3::Z), &settings);
-                close(below, through, tolerance, format!("{what}, T"));
-                let above = seen(way, angle, 1.0, glass(1.5168), half(DVec3::Z), &settings);
-                close(above, back, tolerance, format!("{what}, R"));
-            }
+            check_plate(angle, 1.0, glass(1.5168), [through, back], &settings);
         }
     }
 }
@@ -136,14 +129,7 @@ fn absorbing_plate() {
             // The path through the plate is its thickness over the cosine inside.
             let length = 5.0 / (1.0 - (angle.to_radians().sin() / 1.76808).powi(2)).sqrt();
             let [through, back] = slab(1.76808, angle, (-0.3 * length).exp(), polarized);
-            for way in Way::ALL {
-                let tolerance = way.tolerance(1e-6, 5e-8);
-                let what = format!("{way:?}, {angle}°, polarised {polarized}");
-                let below = seen(way, angle, 5.0, tinted(1.76808, 0.3), half(-DVec3::Z), &settings);
-                close(below, through, tolerance, format!("{what}, T"));
-                let above = seen(way, angle, 5.0, tinted(1.76808, 0.3), half(DVec3::Z), &settings);
-                close(above, back, tolerance, format!("{what}, R"));
-            }
+            check_plate(angle, 5.0, tinted(1.76808, 0.3), [through, back], &settings);
         }
     }
 }
@@ -151,18 +137,14 @@ fn absorbing_plate() {
 #[test]
 fn beer_lambert_over_any_length() {
     // The first transmitted ray alone: two events, (1 − R)² exp(−αL).
-    let settings = RenderSettings {
-        max_depth: 2,
-        leftover: spectral_core::settings::Leftover::Drop,
-        ..settings(&[550.0])
-    };
-    let [r, _] = fresnel(1.77, 0.0);
+    let settings = RenderSettings { max_depth: 2, leftover: Leftover::Drop, ..settings(&[550.0]) };
+    let [r, _] = reflectances(1.77, 0.0);
     for length in [0.01, 0.1, 1.0, 10.0_f64] {
         for absorption in [1e-3, 0.02, 0.5, 1.3_f64] {
             let expected = (1.0 - r).powi(2) * (-absorption * length).exp();
             for way in Way::ALL {
                 let found = seen(way, 0.0, length, tinted(1.77, absorption), half(-DVec3::Z), &settings);
-                // A length in single precision is as exact as a coordinate of the 60 mm plate.
+                // A length in single precision is as exact as the coordinates of the 60 mm plate.
                 let rounding = way.tolerance(1e-6 + 4e-6 * absorption, 1e-7);
                 close(found / expected, 1.0, rounding, format!("{way:?}, {length} mm at {absorption}/mm"));
             }
@@ -184,8 +166,8 @@ fn conductor(n: f64, k: f64, angle: f64) -> f64 {
 }
 
 #[test]
-fn a_metal_mirror_reflects_what_its_index_says() {
-    let gold = gemtrace_tests::scene::material("gold");
+fn a_metal_mirror_has_the_reflectance_of_its_index() {
+    let gold = material("gold");
     let tabulated = [450.0, 550.0, 650.0].map(|nm| (gold.index(nm), gold.extinction(nm), nm));
     for (n, k, nm) in [(0.29, 2.863, 550.0), (1.5, 7.6, 550.0)].into_iter().chain(tabulated) {
         for angle in [0.0, 30.0, 60.0, 85.0] {

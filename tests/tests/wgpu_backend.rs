@@ -1,49 +1,17 @@
-//! What the wgpu backend promises beside the picture itself: the same bits however the work is cut up, an honest
-//! account, cancelling, and refusals that say why.
+//! The wgpu backend beyond the picture: the same bits however the work is divided, correct energies, cancelling, and errors
+//! that give the reason.
 
-use backend_cpu::CPU;
 use backend_wgpu::WGPU;
-use gemtrace_tests::{
-    gpu::gpus,
-    render::{Picture, render, render_with},
-    scene::{eye, gem, glass, scene, settings},
-};
-use glam::DVec3;
-use spectral_core::{
-    Error,
-    environment::{Environment, LatLong},
-    film::Film,
-    prepare::PreparedScene,
-    scene::Scene,
-    settings::RenderSettings,
-    tracer::OpenOptions,
-};
-use std::ops::ControlFlow;
-use std::sync::Arc;
+use gemtrace_tests::gpu::gpus;
+use gemtrace_tests::prelude::*;
 
 fn two_stones(environment: Environment) -> Scene {
-    let mut other = gem("step", glass(1.6));
-    other.position = DVec3::new(4.0, 4.0, -1.0);
-    let stones = vec![gem("round-brilliant", glass(1.8)), other];
+    let stones = vec![gem("round-brilliant", glass(1.8)), at(gem("step", glass(1.6)), [4.0, 4.0, -1.0])];
     scene(eye(DVec3::new(3.0, -11.0, 28.0), 20.0), 24, environment, stones)
 }
 
 fn few_samples() -> RenderSettings {
     RenderSettings { samples: 5, threshold: 1e-3, max_depth: 24, ..settings(&[450.0, 550.0, 650.0]) }
-}
-
-fn studio() -> Environment {
-    Environment::image(LatLong::studio())
-}
-
-/// Colours and radiances as bits.
-fn bits(picture: &Picture) -> Vec<u32> {
-    let film = &picture.film;
-    let pixels = (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y)));
-    pixels
-        .flat_map(|(x, y)| [film.xyz(x, y).to_vec(), film.radiance(x, y)].concat())
-        .map(f32::to_bits)
-        .collect()
 }
 
 #[test]
@@ -55,12 +23,12 @@ fn the_same_bits_for_any_batches() {
     let whole = render(&WGPU, &scene, &settings);
     let tiled = OpenOptions { tile: Some(3), ..OpenOptions::default() };
     let pieces = render_with(&WGPU, &scene, &settings, &tiled, &[0..2, 2..3, 3..5]);
-    assert!(bits(&whole) == bits(&pieces), "the picture depends on how it is cut up");
+    assert!(whole.bits() == pieces.bits(), "the picture depends on the division of the work");
     assert_eq!(whole.report.rays, pieces.report.rays);
 }
 
 #[test]
-fn the_account_is_that_of_the_cpu() {
+fn the_energies_are_those_of_the_cpu() {
     if gpus().is_empty() {
         return;
     }
@@ -84,12 +52,10 @@ fn a_cancelled_trace_keeps_what_is_finished() {
     if gpus().is_empty() {
         return;
     }
-    let prepared =
-        Arc::new(PreparedScene::new(&two_stones(studio()), &few_samples()).expect("a valid scene"));
+    let prepared = prepared(&two_stones(studio()), &few_samples());
     let mut film = Film::new(&prepared);
     let options = OpenOptions { tile: Some(4), ..OpenOptions::default() };
-    let mut tracer = WGPU.tracer(&(WGPU.devices)()[0], prepared, &options).expect("a device that opens");
-    let report = tracer
+    let report = open(&WGPU, &prepared, &options)
         .trace(0..5, &mut film, &mut |progress| {
             if progress.done >= 50 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })

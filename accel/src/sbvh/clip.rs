@@ -1,8 +1,8 @@
 //! Boxes around the parts of a triangle on either side of an axis-aligned plane.
 //!
-//! A crossing point is rounded, so a clipped box may fall short of the exact part by a few units in the last
-//! place of the mesh's extent. Errors do not pile up, since every face comes from one clip of the original
-//! triangle; the traversal's padding ([`crate::traverse`]) covers them.
+//! Crossing points are rounded, so a clipped box may be smaller than the exact part by a few units in the last place
+//! of the mesh's extent. Errors do not accumulate, because every face comes from one clip of the original triangle.
+//! The widening of boxes in [`crate::traverse`] covers them.
 
 use glam::Vec4;
 
@@ -23,8 +23,7 @@ pub(crate) fn section(corners: &[Vec4; 3], axis: usize, position: f32) -> Bounds
     bounds
 }
 
-/// The boxes of the two parts of a triangle cut at a plane, both within `bounds`, the box of the part that is
-/// cut.
+/// The boxes of the two parts of a triangle cut at a plane. Both lie within `bounds`, the box before the cut.
 pub(crate) fn split(corners: &[Vec4; 3], bounds: Bounds, axis: usize, position: f32) -> (Bounds, Bounds) {
     let cut = section(corners, axis, position);
     let (mut left, mut right) = (cut, cut);
@@ -42,7 +41,7 @@ pub(crate) fn split(corners: &[Vec4; 3], bounds: Bounds, axis: usize, position: 
     (within(left, below), within(right, above))
 }
 
-/// The common part of two boxes; `outer` where rounding left nothing, so that no part is ever lost.
+/// The common part of two boxes; `outer` if rounding leaves it empty, so that no part is lost.
 pub(crate) fn within(inner: Bounds, outer: Bounds) -> Bounds {
     let common = inner.intersection(outer);
     if common.is_empty() { outer } else { common }

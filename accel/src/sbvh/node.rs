@@ -6,7 +6,7 @@ use glam::Vec3;
 use crate::bounds::Bounds;
 use crate::wide::{Costs, Form};
 
-/// A node of the binary tree in the builder's sparse array. All bits zero is a vacant place.
+/// A node of the binary tree in the builder's sparse array. Vacant entries are all zero bits.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Node {
@@ -22,7 +22,7 @@ impl Node {
         (Node::new(bounds, triangle, Form::LEAF), Costs::leaf(bounds.half_area()))
     }
 
-    /// A node whose children are at `first` and behind, with what they cost.
+    /// A node with children at `first` and `first + 1`, of the given costs.
     pub fn inner(bounds: Bounds, first: usize, left: &Costs, right: &Costs) -> (Node, Costs) {
         let (form, costs) = Costs::inner(bounds.half_area(), left, right);
         (Node::new(bounds, first as u32, form), costs)
@@ -41,12 +41,12 @@ impl Node {
         self.hi.into()
     }
 
-    /// Of an inner node the index of the first of two adjacent children; of a leaf its triangle.
+    /// For an inner node, the index of the first of two adjacent children; for a leaf, its triangle.
     pub fn link(&self) -> u32 {
         self.link
     }
 
-    /// How its subtree is best made of wide nodes.
+    /// The cheapest way to build its subtree from wide nodes.
     pub fn form(&self) -> Form {
         self.form
     }

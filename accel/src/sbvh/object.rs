@@ -1,4 +1,4 @@
-//! Object splits: the references are shared out, each to one side.
+//! Object splits: each reference goes to one side.
 
 use glam::Vec4;
 use rayon::prelude::*;
@@ -7,10 +7,10 @@ use super::reference::{Extent, Reference};
 use crate::bounds::Bounds;
 
 pub(crate) const MAX_BINS: usize = 16;
-/// Nodes with this few references are sorted and swept exactly.
+/// Nodes with at most this many references are sorted and swept exactly.
 pub(crate) const SWEEP: usize = 6;
-/// Nodes above this are binned in pieces of [`PIECE`] by all threads. Both are fixed numbers, and minima,
-/// maxima and counts do not depend on the order of reduction, so the tree does not depend on the threads.
+/// Larger nodes are binned in pieces of [`PIECE`] by all threads. Both numbers are fixed, and minima, maxima and
+/// counts do not depend on the order of reduction, so the tree does not depend on the number of threads.
 pub(crate) const PARALLEL: usize = 1 << 16;
 const PIECE: usize = 1 << 14;
 
@@ -20,16 +20,16 @@ pub(crate) struct ObjectSplit {
     /// Half area × references, summed over the two sides.
     pub cost: f32,
     pub kind: Partition,
-    /// What a spatial split could gain: see [`overlap`].
+    /// What a spatial split could save: see [`overlap`].
     pub overlap: f32,
 }
 
-/// How the references are told apart.
+/// How the references are partitioned.
 #[derive(Clone, Copy)]
 pub(crate) enum Partition {
     /// By the bin of the centroid along an axis: below `bin` goes left.
     Bin { axis: usize, bin: u32, grid: Grid },
-    /// In order of the centroid along an axis: the first `count` go left. Only for small nodes.
+    /// By the order of centroids along an axis: the first `count` go left. Only for small nodes.
     Rank { axis: usize, count: usize },
 }
 
@@ -92,7 +92,7 @@ impl Bins {
     }
 }
 
-/// The cheapest object split, or `None` where all centroids coincide.
+/// The cheapest object split, or `None` if all centroids coincide.
 pub(crate) fn find(references: &[Reference], extent: &Extent) -> Option<ObjectSplit> {
     if references.len() <= SWEEP {
         return sweep(references);
@@ -159,9 +159,8 @@ fn sweep(references: &[Reference]) -> Option<ObjectSplit> {
     best
 }
 
-/// Area that the sides of a split along `axis` have in excess of what a clean cut would leave them: the half
-/// area of their common part without its face across the axis. The face does not count, since any cut has it;
-/// but boxes that are both flat, in one plane, overlap by their common rectangle.
+/// The area of the sides of a split along `axis` in excess of a clean cut: half the area of their common part, without
+/// the face across the axis, which any cut has. Two flat boxes in one plane overlap by their common rectangle.
 fn overlap(left: Bounds, right: Bounds, axis: usize) -> f32 {
     let common = left.intersection(right);
     if common.is_empty() {

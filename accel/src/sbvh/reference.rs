@@ -6,8 +6,8 @@ use crate::bounds::Bounds;
 
 /// A box and the triangle it bounds, in 32 bytes.
 ///
-/// The triangle's number rides in the fourth lanes, 16 bits in each, under the exponent of 1.0: a plain
-/// integer there would be a denormal number, on which many processors take a slow path in every addition.
+/// The triangle's number is in the fourth lanes, 16 bits in each, with the exponent of 1.0: a plain integer would be a
+/// denormal number, for which additions are slow on many processors.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reference {
     lo: Vec4,
@@ -16,7 +16,7 @@ pub(crate) struct Reference {
 
 const ONE: u32 = 0x3f80_0000;
 const LOW: u32 = 0xffff;
-/// A bit of the upper fourth lane that marks a reference for the right-hand side while it is partitioned.
+/// A bit of the upper fourth lane that marks a reference for the right side during partitioning.
 const RIGHT: u32 = 1 << 20;
 
 impl Reference {
@@ -58,8 +58,8 @@ impl Reference {
     }
 }
 
-/// What a node must know of its references: their box, the box of their centroids, and the sum of their half
-/// areas (the measure by which the budget is shared).
+/// What a node needs of its references: their box, the box of their centroids, and the sum of their half areas, by
+/// which the budget is divided.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Extent {
     pub bounds: Bounds,
@@ -83,8 +83,8 @@ impl Extent {
     }
 }
 
-/// The triangles in the builder's space: scaled by a power of two so that the largest coordinate is below 1,
-/// which keeps areas and their sums in range whatever the unit.
+/// The triangles in the builder's units: scaled by a power of two so that the largest coordinate is below 1. This keeps
+/// areas and their sums in range for any unit.
 pub(crate) struct Mesh<'a> {
     pub positions: &'a [Vec3],
     pub triangles: &'a [[u32; 3]],
@@ -94,7 +94,7 @@ pub(crate) struct Mesh<'a> {
 impl Mesh<'_> {
     /// The corners of a triangle; its indices were checked when the build began.
     pub fn corners(&self, triangle: u32) -> [Vec4; 3] {
-        // `+ 0.0` turns -0 into +0: the two compare equal, so that a minimum over them would depend on order.
+        // `+ 0.0` turns -0 into +0: the two compare equal, so their minimum would depend on the order.
         self.triangles[triangle as usize]
             .map(|i| (self.positions[i as usize] * self.scale + Vec3::ZERO).extend(1.0))
     }

@@ -1,5 +1,5 @@
-//! Spatial splits: space is cut by a plane, and a reference that straddles it goes to both sides, each part
-//! with its own clipped box (Stich, Friedrich & Dietrich 2009, section 4).
+//! Spatial splits: a plane cuts space, and a reference that straddles it goes to both sides, each part with its own
+//! clipped box (Stich, Friedrich & Dietrich 2009, section 4).
 
 use glam::Vec4;
 use rayon::prelude::*;
@@ -8,18 +8,18 @@ use super::clip;
 use super::reference::{Extent, Mesh, Reference};
 use crate::bounds::Bounds;
 
-/// What a duplicate is charged less, as a share of the node's area. The heuristic prices each side as if it
-/// were a leaf; but a duplicate's boxes shrink further down, those of slivers most. Without the rebate a cut
-/// through slivers that cross the whole node looks no better than sharing them out, and whole subtrees go
-/// without: 3,000 to 60,000 slivers then cost 0.9 to 1.1 of `obvhs`'s best tree, with it 0.65 to 0.67 throughout
-/// (0.05 is too little for the smaller sets, 0.3 gains no more; well-shaped meshes do not notice).
-const REBATE: f32 = 0.2;
+/// The discount for a duplicate, as a share of the node's area. The heuristic prices each side as a leaf, but the boxes
+/// of a duplicate shrink further down, most of all those of slivers. Without the discount a cut through slivers that
+/// cross the whole node looks no better than an object split, and whole subtrees are never cut: 3,000 to 60,000 slivers
+/// then cost 0.9 to 1.1 of `obvhs`'s best tree, and 0.65 to 0.67 with it. (0.05 is too little for the smaller sets, 0.3
+/// gains no more; well-shaped meshes are unaffected.)
+const DISCOUNT: f32 = 0.2;
 const PIECE: usize = 1 << 12;
 
 /// The best spatial split of a node.
 #[derive(Clone, Copy)]
 pub(crate) struct SpatialSplit {
-    /// Half area × references, summed over the two sides, less the rebate for duplicates.
+    /// Half area × references, summed over the two sides, less the discount for duplicates.
     pub cost: f32,
     pub axis: usize,
     pub position: f32,
@@ -62,7 +62,7 @@ struct Planes<const N: usize> {
 }
 
 impl<const N: usize> Planes<N> {
-    /// `None` where the box is too thin along the axis to cut.
+    /// `None` if the box is too thin along the axis to cut.
     fn new(bounds: Bounds, axis: usize) -> Option<Self> {
         let (origin, extent) = (bounds.lo[axis], bounds.hi[axis] - bounds.lo[axis]);
         let (step, scale) = (extent / N as f32, N as f32 / extent);
@@ -81,7 +81,7 @@ impl<const N: usize> Planes<N> {
         (((value - self.origin) * self.scale) as usize).min(N - 1)
     }
 
-    /// Chopped binning: a reference's part in each bin that it reaches.
+    /// Chopped binning: adds the part of a reference in each bin it reaches.
     fn add(&self, bins: &mut Bins<N>, bounds: Bounds, corners: impl FnOnce() -> [Vec4; 3]) {
         let first = self.bin(bounds.lo[self.axis]);
         let last = self.bin(bounds.hi[self.axis]).max(first);
@@ -113,8 +113,8 @@ impl<const N: usize> Planes<N> {
     }
 }
 
-/// The cheapest cut that duplicates at most `spare` references, or `None`. Small nodes get few bins: almost
-/// every reference reaches several and must be clipped for each.
+/// The cheapest cut that duplicates at most `spare` references, or `None`. Small nodes get few bins, because almost
+/// every reference reaches several of them and is clipped for each.
 pub(crate) fn find(
     references: &[Reference],
     extent: &Extent,
@@ -139,7 +139,7 @@ fn find_among<const N: usize>(
     let fill = |references: &[Reference]| {
         let mut bins = [Bins::<N>::EMPTY; 3];
         for reference in references {
-            // Fetched only where it must be cut: the corners are far apart in memory.
+            // Read only if the reference is cut: the corners are far apart in memory.
             let mut corners = None;
             for (planes, bins) in planes.iter().zip(&mut bins) {
                 if let Some(planes) = planes {
@@ -181,7 +181,7 @@ fn find_among<const N: usize>(
             let duplicates = both.saturating_sub(references.len());
             let cost = left.bounds.half_area() * left.count as f32
                 + right.bounds.half_area() * right.count as f32
-                - REBATE * extent.bounds.half_area() * duplicates as f32;
+                - DISCOUNT * extent.bounds.half_area() * duplicates as f32;
             if best.is_none_or(|best| cost < best.cost) {
                 best = Some(SpatialSplit { cost, axis, position: planes.position(bin), left, right });
             }
@@ -190,11 +190,11 @@ fn find_among<const N: usize>(
     best
 }
 
-/// Carries out a cut: marks each of the first `count` references for its side, and puts the right-hand parts
-/// of divided ones behind them. Returns the new number of references, at most `references.len()`.
+/// Performs a cut: marks each of the first `count` references with its side, and puts the right parts of divided ones
+/// behind them. Returns the new number of references, at most `references.len()`.
 ///
-/// A straddling reference is put wholly on one side where that is cheaper than dividing it ("reference
-/// unsplitting", equations 1–3 of the paper), or where the budget is spent.
+/// A straddling reference goes undivided to one side where that is cheaper ("reference unsplitting", equations 1–3 of
+/// the paper), or where the budget is used up.
 pub(crate) fn divide(references: &mut [Reference], count: usize, split: &SpatialSplit, mesh: &Mesh) -> usize {
     let SpatialSplit { axis, position, mut left, mut right, .. } = *split;
     let mut end = count;

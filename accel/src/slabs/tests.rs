@@ -6,7 +6,7 @@ use glam::DVec3;
 const NODES: u64 = if cfg!(debug_assertions) { 2_000 } else { 50_000 };
 
 struct Enter<'a> {
-    line: &'a Line,
+    ray: &'a ScaledRay,
     first: f32,
     last: f32,
     node: &'a CwBvhNode,
@@ -17,11 +17,11 @@ impl Task for Enter<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> Entries {
-        V::Slabs::new(self.line, self.first).enter(self.node, self.last)
+        V::Slabs::new(self.ray, self.first).enter(self.node, self.last)
     }
 }
 
-/// Eight boxes, some of them flat, in the cube to which the builder brings a mesh.
+/// Eight boxes, some of them flat, in the builder's unit cube.
 fn node(random: &mut Random) -> CwBvhNode {
     let mut node = CwBvhNode {
         p: (random.point() * 2.0 - 1.0) * 0.5,
@@ -42,7 +42,7 @@ fn node(random: &mut Random) -> CwBvhNode {
     node
 }
 
-/// Towards a corner of one of the boxes or past it.
+/// A ray at or close past a corner of one of the boxes.
 fn ray(node: &CwBvhNode, random: &mut Random) -> Ray {
     let target =
         Vec3::from(node.child_aabb(random.below(8)).min) + random.direction() * (1e-6 * random.unit());
@@ -56,8 +56,7 @@ fn ray(node: &CwBvhNode, random: &mut Random) -> Ray {
     Ray { origin, direction, t_min, t_max }
 }
 
-/// The parameters between which a ray is in a box that is widened by `by`, in double precision; the first is the larger
-/// one where it never is.
+/// The interval of parameters for which a ray is in a box widened by `by`, in double precision; inverted if it never is.
 fn exact(ray: &Ray, [low, high]: [DVec3; 2], by: f64) -> [f64; 2] {
     let (o, d) = (DVec3::from(ray.origin), DVec3::from(ray.direction));
     let mut range = [f64::from(ray.t_min), f64::from(ray.t_max)];
@@ -87,27 +86,27 @@ fn boxes_are_widened_as_the_derivation_says() {
         if !ray.is_proper() {
             continue;
         }
-        let line = Line::new(&ray, 1.0);
+        let scaled = ScaledRay::new(&ray, 1.0);
         let reach = f64::from(ray.origin.abs().max_element()) + 1.0;
         let size = f64::from(ray.direction.abs().max_element());
-        // A component that the clamp concerns makes the box larger than that.
+        // Where the clamp applies, the box is larger than that.
         let plain = ray.direction.to_array().iter().all(|d| f64::from(d.abs()) > 1e-6 * size);
-        let (first, last) = (line.first(ray.t_min), line.last(ray.t_max));
+        let (first, last) = (scaled.first(ray.t_min), scaled.last(ray.t_max));
         for set in sets() {
-            let entries = set.run(Enter { line: &line, first, last, node: &node });
+            let entries = set.run(Enter { ray: &scaled, first, last, node: &node });
             for child in 0..8 {
                 let bounds = node.child_aabb(child);
                 let bounds = [bounds.min, bounds.max].map(|p| DVec3::from(Vec3::from(p)));
                 let hit = entries.hit >> child & 1 == 1;
                 let context = || format!("{}, node {seed}, child {child}: {ray:?}", set.name());
-                // What the derivation needs of the 48 is 27 for hits, and the slab distances' own 5 and the clamp's 2.
+                // Of the 48 the derivation uses 27 for hits, 5 for the slab distances and 2 for the clamp.
                 let [enter, leave] = exact(&ray, bounds, 41.0 * u * reach);
                 if enter <= leave {
                     assert!(hit, "missed: {}", context());
                     assert!(f64::from(entries.near[child]) <= enter * size, "entered late: {}", context());
                     counts[0] += 1;
                 }
-                // The other way, 48 and those 5; the interval itself is rounded too.
+                // In the other direction 48 and those 5 apply; the interval itself is rounded too.
                 let [enter, leave] = exact(&ray, bounds, 55.0 * u * reach);
                 if plain && enter > leave + 1e-6 * leave.abs() {
                     assert!(!hit, "met: {}", context());
@@ -116,5 +115,5 @@ fn boxes_are_widened_as_the_derivation_says() {
             }
         }
     }
-    assert!(counts.iter().all(|&count| count > NODES / 2), "{counts:?} tell little");
+    assert!(counts.iter().all(|&count| count > NODES / 2), "too few cases: {counts:?}");
 }

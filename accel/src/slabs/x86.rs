@@ -1,48 +1,48 @@
-//! Eight boxes in an AVX register.
+//! The slab test in AVX registers.
 //!
-//! Values of this type are made only inside functions that [`crate::instructions`] enters after it has found AVX2 and
-//! FMA on the machine at hand; that is what every `SAFETY` line here rests on.
+//! Values of [`Eight`] are made only in functions that [`crate::instructions`] calls after it has detected AVX2 and FMA.
+//! Every `SAFETY` comment here relies on that.
 
-use super::{Entries, Line, Slabs};
+use super::{Entries, ScaledRay, Slabs};
 use obvhs::cwbvh::node::CwBvhNode;
 use std::arch::x86_64::*;
 use std::mem::offset_of;
 use std::ptr;
 
-/// A coordinate of eight children a register.
+/// One register holds a coordinate of eight children.
 #[derive(Clone, Copy, Debug)]
 pub struct Eight {
     first: __m256,
     axes: [Axis; 3],
 }
 
-/// What is the same along an axis for all nodes.
+/// The ray-dependent part along one axis.
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     inverse: __m256,
-    /// Slab distances of the coordinate 0, less and plus the widening.
+    /// The slab distance of coordinate 0, minus and plus the widening.
     near: __m256,
     far: __m256,
-    /// Bytes from the start of a node to the coordinates by which the ray enters, and leaves.
+    /// Byte offsets in a node of the coordinates at which the ray enters and leaves.
     sides: [usize; 2],
 }
 
-/// Bytes to the children's least and largest coordinates along each axis.
+/// Byte offsets of the children's least and largest coordinates along each axis.
 const SIDES: [[usize; 2]; 3] = [
     [offset_of!(CwBvhNode, child_min_x), offset_of!(CwBvhNode, child_max_x)],
     [offset_of!(CwBvhNode, child_min_y), offset_of!(CwBvhNode, child_max_y)],
     [offset_of!(CwBvhNode, child_min_z), offset_of!(CwBvhNode, child_max_z)],
 ];
 
-/// Bytes to the exponents of the cells along x, y and z, after which comes another byte.
+/// Byte offset of the cell exponents along x, y and z; another byte follows.
 const EXPONENTS: usize = offset_of!(CwBvhNode, e);
 
 impl Slabs for Eight {
     #[inline(always)]
-    fn new(line: &Line, first: f32) -> Self {
-        // SAFETY: called where AVX2 is; no pointers.
+    fn new(ray: &ScaledRay, first: f32) -> Self {
+        // SAFETY: called only with AVX2; no pointers.
         let first = unsafe { _mm256_set1_ps(first) };
-        Eight { first, axes: [Axis::new(line, 0), Axis::new(line, 1), Axis::new(line, 2)] }
+        Eight { first, axes: [Axis::new(ray, 0), Axis::new(ray, 1), Axis::new(ray, 2)] }
     }
 
     #[inline(always)]
@@ -50,10 +50,10 @@ impl Slabs for Eight {
         let [x, y, z] = &self.axes;
         let p = node.p.to_array();
         let mut entries = Entries { near: [0.0; 8], hit: 0 };
-        // SAFETY: values of this type exist only where AVX2 does; the four bytes from the exponents on are the node's, and
-        // the store is of eight numbers, aligned to as many.
+        // SAFETY: values of this type exist only with AVX2. The four bytes from the exponents on belong to the node. The
+        // store writes eight numbers to memory with their alignment.
         unsafe {
-            // A power of two is its exponent, eight bits under the sign.
+            // A power of two is given by its exponent, the eight bits below the sign.
             let exponents = ptr::from_ref(node).byte_add(EXPONENTS).cast::<i32>().read_unaligned();
             let exponents = _mm256_set1_epi32(exponents);
             let mask = _mm256_set1_epi32(0xff << 23);
@@ -64,7 +64,7 @@ impl Slabs for Eight {
             ];
             let [x, y, z] =
                 [x.sides(node, p[0], cells[0]), y.sides(node, p[1], cells[1]), z.sides(node, p[2], cells[2])];
-            // Of two numbers one of which is NaN these give the second, so that NaN widens an interval.
+            // If one operand is NaN, the result is the second one, so NaN does not narrow the interval.
             let near = _mm256_max_ps(_mm256_max_ps(y[0], z[0]), _mm256_max_ps(x[0], self.first));
             let far = _mm256_min_ps(_mm256_min_ps(y[1], z[1]), _mm256_min_ps(x[1], _mm256_set1_ps(last)));
             _mm256_store_ps(entries.near.as_mut_ptr(), near);
@@ -86,12 +86,12 @@ impl Slabs for Eight {
 
 impl Axis {
     #[inline(always)]
-    fn new(line: &Line, axis: usize) -> Axis {
-        let inverse = line.inverse[axis];
-        let zero = -(line.origin[axis] * inverse);
-        let widening = line.widening[axis];
+    fn new(ray: &ScaledRay, axis: usize) -> Axis {
+        let inverse = ray.inverse[axis];
+        let zero = -(ray.origin[axis] * inverse);
+        let widening = ray.widening[axis];
         let [low, high] = SIDES[axis];
-        // SAFETY: called where AVX2 is; no pointers.
+        // SAFETY: called only with AVX2; no pointers.
         unsafe {
             Axis {
                 inverse: _mm256_set1_ps(inverse),
@@ -102,11 +102,11 @@ impl Axis {
         }
     }
 
-    /// The slab distances of the sides at which boxes are entered and left, for the node's corner and cell.
+    /// The slab distances at which boxes are entered and left, for the node's corner and cell.
     #[inline(always)]
     fn sides(&self, node: &CwBvhNode, p: f32, cell: __m256i) -> [__m256; 2] {
         let [enter, leave] = [side(node, self.sides[0]), side(node, self.sides[1])];
-        // SAFETY: values of this type exist only where AVX2 and FMA do; no pointers.
+        // SAFETY: values of this type exist only with AVX2 and FMA; no pointers.
         unsafe {
             let p = _mm256_set1_ps(p);
             let step = _mm256_mul_ps(_mm256_castsi256_ps(cell), self.inverse);
@@ -121,7 +121,7 @@ impl Axis {
 /// The eight bytes at an offset into a node.
 #[inline(always)]
 fn side(node: &CwBvhNode, offset: usize) -> __m256 {
-    // SAFETY: called where AVX2 is, with an offset of `SIDES`, from which eight bytes remain.
+    // SAFETY: called only with AVX2, and with an offset from `SIDES`, which eight bytes of the node follow.
     unsafe {
         let bytes = _mm_loadl_epi64(ptr::from_ref(node).byte_add(offset).cast());
         _mm256_cvtepi32_ps(_mm256_cvtepu8_epi32(bytes))

@@ -1,29 +1,29 @@
-//! What a traversal has still to visit.
+//! The stack of a traversal.
 
-/// A slab distance, and the number of a node that is entered there.
+/// The slab distance at which a node is entered, and the index of the node.
 type Entry = (f32, u32);
 
-/// Nodes still to visit, the nearest of each family on top.
+/// Nodes still to visit, with the nearest child of each node on top.
 ///
-/// The place in line holds what any sane tree needs; of a deeper one the bottom is moved elsewhere.
+/// The array is large enough for ordinary trees. For deeper ones its contents move to the heap.
 pub(super) struct Stack {
-    place: [Entry; Stack::PLACE],
+    entries: [Entry; Stack::SIZE],
     len: usize,
-    spilt: Vec<Entry>,
+    spilled: Vec<Entry>,
 }
 
 impl Stack {
-    /// A power of two, so that a remainder by it costs nothing and needs no check.
-    const PLACE: usize = 32;
-    /// Most that a node adds.
-    const FAMILY: usize = 7;
+    /// A power of two, so that the remainder is cheap and needs no bounds check.
+    const SIZE: usize = 32;
+    /// The most entries that one node adds.
+    const CHILDREN: usize = 7;
 
     #[inline(always)]
     pub fn new() -> Stack {
-        Stack { place: [(0.0, 0); Stack::PLACE], len: 0, spilt: Vec::new() }
+        Stack { entries: [(0.0, 0); Stack::SIZE], len: 0, spilled: Vec::new() }
     }
 
-    /// Of the `children` of a node, at least one, child i as bit i, pushes all but the nearest, which it gives.
+    /// Pushes all `children` of a node (at least one, child i as bit i) except the nearest, which it returns.
     #[inline(always)]
     pub fn push_but_nearest(&mut self, mut children: u32, child: impl Fn(u32) -> Entry) -> Entry {
         let mut nearest = child(children.trailing_zeros());
@@ -31,7 +31,7 @@ impl Stack {
         if children == 0 {
             return nearest;
         }
-        if self.len + Stack::FAMILY > Stack::PLACE {
+        if self.len + Stack::CHILDREN > Stack::SIZE {
             self.spill();
         }
         let bottom = self.len;
@@ -46,44 +46,44 @@ impl Stack {
         nearest
     }
 
-    /// Pushes an entry, and lets it sink beneath nearer ones down to `bottom`.
+    /// Inserts an entry below the nearer ones, at `bottom` or above.
     #[inline(always)]
     fn insert(&mut self, bottom: usize, entry: Entry) {
         let mut at = self.len;
-        while at > bottom && self.place[(at - 1) % Stack::PLACE].0 < entry.0 {
-            self.place[at % Stack::PLACE] = self.place[(at - 1) % Stack::PLACE];
+        while at > bottom && self.entries[(at - 1) % Stack::SIZE].0 < entry.0 {
+            self.entries[at % Stack::SIZE] = self.entries[(at - 1) % Stack::SIZE];
             at -= 1;
         }
-        self.place[at % Stack::PLACE] = entry;
+        self.entries[at % Stack::SIZE] = entry;
         self.len += 1;
     }
 
     #[inline(always)]
     pub fn pop(&mut self) -> Option<Entry> {
         if self.len == 0 {
-            if self.spilt.is_empty() {
+            if self.spilled.is_empty() {
                 return None;
             }
             self.refill();
         }
         self.len -= 1;
-        Some(self.place[self.len % Stack::PLACE])
+        Some(self.entries[self.len % Stack::SIZE])
     }
 
     #[cold]
     #[inline(never)]
     fn spill(&mut self) {
-        self.spilt.extend_from_slice(&self.place[..self.len]);
+        self.spilled.extend_from_slice(&self.entries[..self.len]);
         self.len = 0;
     }
 
     #[cold]
     #[inline(never)]
     fn refill(&mut self) {
-        let from = self.spilt.len().saturating_sub(Stack::PLACE / 2);
-        self.len = self.spilt.len() - from;
-        self.place[..self.len].copy_from_slice(&self.spilt[from..]);
-        self.spilt.truncate(from);
+        let from = self.spilled.len().saturating_sub(Stack::SIZE / 2);
+        self.len = self.spilled.len() - from;
+        self.entries[..self.len].copy_from_slice(&self.spilled[from..]);
+        self.spilled.truncate(from);
     }
 }
 
@@ -92,15 +92,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_family_is_sorted_and_the_last_comes_first_however_many_there_are() {
+    fn children_come_nearest_first_and_later_nodes_before_earlier_ones() {
         let mut stack = Stack::new();
         let mut expected = Vec::new();
-        for family in 0..40u32 {
+        for node in 0..40u32 {
             // Distances 0, 3, 6, 1, 4, 7, 2, 5.
-            let nearest = stack.push_but_nearest(0xff, |slot| ((slot * 3 % 8) as f32, 8 * family + slot));
-            assert_eq!(nearest, (0.0, 8 * family));
+            let nearest = stack.push_but_nearest(0xff, |slot| ((slot * 3 % 8) as f32, 8 * node + slot));
+            assert_eq!(nearest, (0.0, 8 * node));
             let mut others: Vec<Entry> =
-                (1..8).map(|slot| ((slot * 3 % 8) as f32, 8 * family + slot)).collect();
+                (1..8).map(|slot| ((slot * 3 % 8) as f32, 8 * node + slot)).collect();
             others.sort_by(|a, b| b.0.total_cmp(&a.0));
             expected.extend(others);
         }

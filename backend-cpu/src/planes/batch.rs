@@ -1,13 +1,12 @@
-//! Many packets of rays at a time: guesses for all, then verification of all, and the same again for the packets
-//! that have rays left. No step waits for a decision, so the processor overlaps one packet's arithmetic with
-//! another's.
+//! Many packets of rays at a time: guesses for all, then verification of all, and the same again for packets with remaining
+//! rays. No step waits for a decision, so the processor overlaps the arithmetic of several packets.
 
 use super::{Exit, Planes};
 use accel::lanes::{Lanes, Row, Triple, WIDTH};
 
-/// Packets that go together.
+/// Packets processed together.
 pub(crate) const BATCH: usize = 64;
-/// With so few rays in sixteen lanes, searching for each by itself is quicker.
+/// With at most this many rays in sixteen lanes, single searches are faster.
 const FEW: usize = 7;
 
 /// Sixteen rays inside a stone.
@@ -17,7 +16,7 @@ pub struct Beam {
     pub origin: [Row; 3],
     /// Unit vectors.
     pub direction: [Row; 3],
-    /// The rays there are, as bits; what the other lanes hold is finite.
+    /// The active rays, as bits; the other lanes are finite.
     pub alive: u16,
 }
 
@@ -29,8 +28,7 @@ impl Beam {
     }
 }
 
-/// How often facets have been guessed. Only in later rounds are the small ones among them, and a lead that is near an
-/// edge gets its answer.
+/// The round of guessing. Only later rounds include small facets, and search for a lead near an edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Round {
     First,
@@ -38,20 +36,20 @@ enum Round {
     Later,
 }
 
-/// One ray of each packet that has some left.
+/// One ray of each packet with remaining rays.
 struct Leads {
     rays: [[[Row; 3]; 2]; BATCH / WIDTH],
     /// The packet.
     packet: [u8; BATCH],
-    /// The ray's lane, as a bit.
+    /// The lane of the ray, as a bit.
     lane: [u16; BATCH],
-    /// The facet that is guessed for it.
+    /// The guessed facet.
     facet: [u16; BATCH],
     count: usize,
 }
 
 impl Leads {
-    /// The lane in the middle of those that are set: what it meets serves most of them.
+    /// The middle one of the set lanes: its facet is right for most of them.
     #[inline(always)]
     fn middle(open: u16) -> usize {
         let open = u32::from(open);
@@ -60,7 +58,7 @@ impl Leads {
         (open >> half << half).trailing_zeros() as usize % WIDTH
     }
 
-    /// Takes a lead from each packet that is listed.
+    /// Takes a lead from each listed packet.
     #[inline(always)]
     fn choose(&mut self, beams: &[Beam], open: &[u16; BATCH]) {
         for i in 0..self.count {
@@ -78,7 +76,7 @@ impl Leads {
 }
 
 impl Planes {
-    /// Where rays inside the stone leave it: [`exit`](Self::exit) for at most [`BATCH`] packets.
+    /// The exits of rays inside the stone: [`exit`](Self::exit) for at most [`BATCH`] packets.
     #[inline(always)]
     pub fn exits<V: Lanes>(&self, beams: &[Beam], exits: &mut [Exit<V>]) {
         let (beams, exits) = (&beams[..beams.len().min(BATCH)], &mut exits[..beams.len()]);
@@ -126,7 +124,7 @@ impl Planes {
         }
     }
 
-    /// Verifies the guesses, and keeps the packets that still have rays left.
+    /// Verifies the guesses, and keeps the packets with remaining rays.
     #[inline(always)]
     fn settle<V: Lanes>(
         &self,
@@ -142,7 +140,7 @@ impl Planes {
             let (mut facet, mut found) = (leads.facet[i], 0);
             loop {
                 let (met, inside) = self.verify_beam(&beams[k], facet);
-                // What a search has found needs no second opinion.
+                // The result of a search needs no verification.
                 open[k] &= !exits[k].accept(&met, open[k] & (inside | found));
                 if round != Round::Later || open[k] & leads.lane[i] == 0 {
                     break;

@@ -1,14 +1,14 @@
-//! Which plane a ray from inside meets first.
+//! The plane that a ray from inside meets first.
 //!
-//! Two ways: one ray against sixteen planes at a time, which is a pure function of the ray and the last word on it;
-//! and sixteen rays against one plane at a time, for guesses, which saves the comparison of lanes with one another.
+//! There are two forms. One ray against sixteen planes at a time is a pure function of the ray and gives the final answer.
+//! Sixteen rays against one plane at a time is for guesses; it needs no comparison between lanes.
 
 use super::Planes;
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
 use spectral_core::prepare::{FacetPlane, Geometry, PreparedStone};
 
-/// Facets make up most of a stone once they have this share of its surface: what the others, the girdle's mostly,
-/// cost every search is more than what another search costs the few rays that meet them.
+/// The share of the surface that the large facets have. Testing the others, mostly those of the girdle, in every search
+/// would cost more than a further search for the few rays that meet them.
 const MOST: f64 = 0.95;
 
 /// Sixteen facet planes, one row a coordinate.
@@ -23,13 +23,13 @@ pub(super) struct Block {
 pub(super) struct Candidate {
     normal: [f32; 3],
     offset: f32,
-    /// The bits of a whole number: it is selected, never reckoned with.
+    /// The bits of an integer: it is selected, never used in arithmetic.
     number: f32,
 }
 
 /// All planes in blocks.
 pub(super) fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
-    // A padding plane has no direction, so that no ray ever runs towards it.
+    // A padding plane has no normal, so no ray approaches it.
     let empty = Block { normal: [Row::default(); 3], offset: Row([1.0; WIDTH]) };
     let mut blocks = vec![empty; facets.len().div_ceil(WIDTH)];
     for (i, facet) in facets.iter().enumerate() {
@@ -42,7 +42,7 @@ pub(super) fn blocks(facets: &[FacetPlane]) -> Vec<Block> {
     blocks
 }
 
-/// All planes, the largest facets first, and how many of them make up most of the surface.
+/// All planes, the largest facets first, and the number of large ones.
 pub(super) fn candidates(geometry: &Geometry, stone: &PreparedStone) -> (Vec<Candidate>, usize) {
     let first = stone.facets.start as usize;
     let facets = &geometry.facets[first..stone.facets.end as usize];
@@ -70,8 +70,7 @@ pub(super) fn candidates(geometry: &Geometry, stone: &PreparedStone) -> (Vec<Can
 }
 
 impl Planes {
-    /// The facets whose planes two rays from inside (origin, direction) meet first. Each is a pure function of its
-    /// ray.
+    /// The facets whose planes two rays from inside (origin, direction) meet first. Each is a pure function of its ray.
     #[inline(always)]
     pub(super) fn search<V: Lanes>(&self, rays: [[[f32; 3]; 2]; 2]) -> [usize; 2] {
         let [first, second] = rays;
@@ -82,12 +81,12 @@ impl Planes {
             second.compare(block, number);
             number += 1.0;
         }
-        // Only a direction that is no number runs towards no plane.
+        // Only a NaN direction approaches no plane.
         let sound = |facet: usize| if facet < self.facets.len() { facet } else { 0 };
         [sound(first.nearest()), sound(second.nearest())]
     }
 
-    /// The facets that sixteen rays (origins, directions) seem to meet first: of all, or of the large.
+    /// The facets that sixteen rays (origins, directions) probably meet first, of all or of the large ones.
     #[inline(always)]
     pub(super) fn guesses<V: Lanes>(
         &self,
@@ -96,7 +95,7 @@ impl Planes {
     ) -> [u16; WIDTH] {
         let candidates = if large { &self.candidates[..self.large] } else { &self.candidates };
         let (origins, directions) = (Triple::<V>::load(origins), Triple::load(directions));
-        // Each by turns, so that neither waits for its last comparison.
+        // Alternating, so that neither waits for its last comparison.
         let mut nearest = [Nearest::<V>::none(); 2];
         let (pairs, last) = candidates.as_chunks::<2>();
         for pair in pairs {
@@ -112,12 +111,12 @@ impl Planes {
     }
 }
 
-/// The nearest plane to one ray, so far: in each lane one of those that it has been compared with.
+/// The nearest plane to one ray so far, in each lane among those compared there.
 #[derive(Clone, Copy)]
 struct Search<V> {
     origin: Triple<V>,
     direction: Triple<V>,
-    /// The plane is gap/cosine away: compared without division, and at first infinitely far.
+    /// The distance of the plane is gap/cosine, compared without division, and infinite at first.
     gap: V,
     cosine: V,
     block: V,
@@ -150,8 +149,8 @@ impl<V: Lanes> Search<V> {
     }
 }
 
-/// The nearest plane to each of sixteen rays, so far. What rounding puts beyond a plane is not set right, as in
-/// [`Search`]: a guess is verified.
+/// The nearest plane to each of sixteen rays so far. Unlike in [`Search`], a start that rounding puts beyond a plane is not
+/// corrected, since a guess is verified.
 #[derive(Clone, Copy)]
 struct Nearest<V> {
     gap: V,

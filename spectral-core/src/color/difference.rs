@@ -16,9 +16,9 @@ pub fn lab(xyz: [f64; 3], white: [f64; 3]) -> [f64; 3] {
 
 /// The colour difference ΔE₀₀ of two CIELAB colours [L*, a*, b*], with kL = kC = kH = 1.
 ///
-/// CIEDE2000 as set out, with its hue-angle cases, by Sharma, Wu & Dalal, "The CIEDE2000 color-difference
-/// formula: implementation notes, supplementary test data, and mathematical observations", Color Research &
-/// Application 30 (2005), equations 2–22. A difference of 1 is about what a careful observer just notices.
+/// CIEDE2000 by Sharma, Wu & Dalal, "The CIEDE2000 color-difference formula: implementation notes, supplementary test data,
+/// and mathematical observations", Color Research & Application 30 (2005), equations 2–22. A difference of 1 is just
+/// noticeable for a careful observer.
 pub fn delta_e_2000(first: [f64; 3], second: [f64; 3]) -> f64 {
     let pow7_ratio = |c: f64| (c.powi(7) / (c.powi(7) + 25f64.powi(7))).sqrt();
     let [l1, a1, b1] = first;
@@ -70,7 +70,7 @@ mod tests {
 
     #[test]
     fn sharmas_published_pairs() {
-        // Sharma, Wu & Dalal 2005, table 1: pairs chosen to tell wrong hue handling from right.
+        // Sharma, Wu & Dalal 2005, table 1: pairs that detect errors in the treatment of hue.
         #[rustfmt::skip]
         let pairs = [
             ([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485], 2.0425),

@@ -1,5 +1,7 @@
 //! 3×3 matrices, row-major: `m[row][column]`, applied to column vectors.
 
+use crate::Real;
+
 /// A 3×3 matrix, row-major.
 pub type Matrix = [[f64; 3]; 3];
 
@@ -7,7 +9,8 @@ pub type Matrix = [[f64; 3]; 3];
 pub const IDENTITY: Matrix = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// The scalar product of two vectors.
-pub fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+#[inline]
+pub fn dot<T: Real>(a: [T; 3], b: [T; 3]) -> T {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -41,7 +44,9 @@ pub fn inverse(m: &Matrix) -> Option<Matrix> {
     inverse.iter().flatten().all(|x| x.is_finite()).then_some(inverse)
 }
 
-fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+/// The vector product of two vectors.
+#[inline]
+pub fn cross<T: Real>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 

@@ -1,4 +1,4 @@
-//! The sensor of a wavelength grid: how much each wavelength adds to X, Y and Z.
+//! The response of a wavelength grid: the contribution of each wavelength to X, Y and Z.
 
 use super::matrix::{Matrix, apply, scale_rows};
 use super::{RgbSpace, primary_weights};
@@ -6,24 +6,23 @@ use crate::Error;
 use crate::cie::{Illuminant, color_matching, luminous_integral};
 use crate::wavelength::WavelengthGrid;
 
-/// The largest ratio between the factors that balance a grid's three channels. Grids of four or more wavelengths
-/// over the visible range stay below it at every jitter offset; beyond it a channel is all but unseen.
+/// The largest ratio between the factors that balance a grid's three channels. Grids of four or more wavelengths over the
+/// visible range are below it at every jitter offset; above it, a channel is almost invisible.
 const LARGEST_IMBALANCE: f64 = 8.0;
 
 /// The eye on one wavelength grid: XYZ = Σ wᵢ·L(λᵢ), with D65 exactly white.
 ///
-/// Summing x̄ȳz̄·L·Δ over a coarse grid misses the true integral by a little, differently for each channel, so
-/// that D65 would come out tinted: 1.4 % off at 20 nm. The cure is to build the RGB→XYZ matrix of the sRGB
-/// primaries P with the white that *this grid* sees, w_grid = Σ x̄ȳz̄·D65·Δ, in place of the standard white:
+/// The sum x̄ȳz̄·L·Δ over a coarse grid differs slightly from the integral, and differently in each channel, so D65 would be
+/// tinted: by 1.4 % at 20 nm. To correct this, the RGB→XYZ matrix of the sRGB primaries P is computed with the white of
+/// *this grid*, w_grid = Σ x̄ȳz̄·D65·Δ, in place of the standard white:
 ///
-/// > M(w) = P·diag(P⁻¹w),  wᵢ = M(w_std)·M(w_grid)⁻¹·x̄ȳz̄(λᵢ)·Δᵢ,
+/// > M(w) = P·diag(P⁻¹w),  wᵢ = M(w_std)·M(w_grid)⁻¹·x̄ȳz̄(λᵢ)·Δᵢ.
 ///
-/// that is, to scale each of the three primaries' channels by what the grid over- or under-sums. Then D65 as
-/// normalised by [`Illuminant::at`] is exactly w_std (Y = 1), and linear sRGB is M(w_grid)⁻¹·x̄ȳz̄·L·Δ, in
-/// which D65 is exactly (1, 1, 1).
+/// This scales the channel of each primary by the error of its sum. Then D65 as normalised by [`Illuminant::at`] is exactly
+/// w_std (Y = 1), and linear sRGB is M(w_grid)⁻¹·x̄ȳz̄·L·Δ, in which D65 is exactly (1, 1, 1).
 ///
-/// The standard white is that of IEC 61966-2-1, x = 0.3127, y = 0.3290: the one that the published sRGB, P3
-/// and Rec. 2020 matrices hold, so they turn these XYZ into RGB without a residue.
+/// The standard white is that of IEC 61966-2-1, x = 0.3127, y = 0.3290. The published sRGB, P3 and Rec. 2020 matrices use
+/// it too, so they convert these XYZ to RGB exactly.
 ///
 /// ```
 /// use spectral_core::{cie::Illuminant, color::Response, wavelength::WavelengthGrid};
@@ -40,10 +39,10 @@ pub struct Response {
 }
 
 impl Response {
-    /// The sensor of a grid.
+    /// The response of a grid.
     ///
     /// # Errors
-    /// [`Error::Value`] if the grid holds no wavelength that the eye sees (360–830 nm).
+    /// [`Error::Value`] if the grid has no visible wavelength (360–830 nm).
     pub fn new(grid: &WavelengthGrid) -> Result<Self, Error> {
         let cells: Vec<[f64; 3]> = grid
             .nm()
@@ -73,29 +72,29 @@ impl Response {
         Ok(Response { xyz, rows, white_exact })
     }
 
-    /// The weights wᵢ: what one unit of radiance at each wavelength adds to [X, Y, Z], cell width included.
+    /// The weights wᵢ: the contribution of unit radiance at each wavelength to [X, Y, Z], cell width included.
     pub fn xyz(&self) -> &[[f64; 3]] {
         &self.xyz
     }
 
     /// The three rows of the linear-sRGB response, cell width included: `rows()[channel][wavelength]`.
     ///
-    /// They have negative lobes, as most spectral lights lie outside the sRGB triangle.
+    /// They have negative lobes, since most spectral lights lie outside the sRGB triangle.
     pub fn rows(&self) -> [&[f64]; 3] {
         self.rows.each_ref().map(Vec::as_slice)
     }
 
     /// Whether D65 is exactly the standard white on this grid.
     ///
-    /// False where the three channels cannot be balanced by positive factors of like size, as on a grid of one
-    /// or two wavelengths. A grid that cannot jitter then keeps the luminance of D65 exact (Y = 1) and shows the
-    /// tint it sees. One that can jitter is summed as it is: white is then right in the mean over the offsets
-    /// of one or two wavelengths, where scaling each offset by itself would let those at the ends of the spectrum drown the rest.
+    /// False if the three channels cannot be balanced by positive factors of similar size, as on a grid of one or two
+    /// wavelengths. A grid that cannot jitter then keeps the luminance of D65 exact (Y = 1), with a tint. A grid that can
+    /// jitter is summed without correction: white is then exact in the mean over the offsets. Normalising each offset
+    /// would let offsets at the ends of the spectrum dominate.
     pub fn white_exact(&self) -> bool {
         self.white_exact
     }
 
-    /// [X, Y, Z] of a spectrum sampled on the grid; D65 has Y = 1. Samples beyond the grid are ignored.
+    /// [X, Y, Z] of a spectrum sampled on the grid; D65 has Y = 1. Excess samples are ignored.
     pub fn to_xyz(&self, spectrum: &[f64]) -> [f64; 3] {
         weighted_sum(&self.xyz, spectrum)
     }
@@ -115,8 +114,8 @@ fn weighted_sum(weights: &[[f64; 3]], values: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// XYZ→RGB of the sRGB primaries under the white a grid sees, or `None` where that white would need a primary
-/// that is negative, or channel factors further apart than [`LARGEST_IMBALANCE`].
+/// XYZ→RGB of the sRGB primaries under the white of a grid. `None` if this white needs a negative primary, or channel
+/// factors with a ratio above [`LARGEST_IMBALANCE`].
 fn grid_matrix(white: [f64; 3]) -> Option<Matrix> {
     let weights = primary_weights(RgbSpace::Srgb.primaries(), white)?;
     let standard = primary_weights(RgbSpace::Srgb.primaries(), RgbSpace::Srgb.white_xyz())?;

@@ -1,7 +1,7 @@
 //! A convex polyhedron under successive cuts by planes.
 //!
-//! The combinatorics (which vertices bound which face) are kept explicitly, and each cut sorts the vertices into in, out
-//! and on the plane with a tolerance; so the polyhedron stays closed whatever the rounding, or the cut fails and says so.
+//! The combinatorics (which vertices bound which face) are explicit, and each cut classifies the vertices as in, out or on
+//! the plane, with a tolerance. So the polyhedron stays closed with any rounding, or the cut fails with an error.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -15,17 +15,17 @@ pub(super) struct Face {
     pub corners: Vec<u32>,
 }
 
-/// The polyhedron; `points` also holds vertices that were cut away.
+/// The polyhedron; `points` also contains vertices that were cut off.
 #[derive(Debug, Clone)]
 pub(super) struct Polytope {
     pub points: Vec<DVec3>,
     pub faces: Vec<Face>,
 }
 
-/// What a cut did.
+/// The result of a cut.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Outcome {
-    /// It took something away.
+    /// It removed a part.
     Cut,
     /// Everything was behind the plane already.
     Redundant,
@@ -33,7 +33,7 @@ pub(super) enum Outcome {
     Repeats(usize),
     /// Nothing is left behind the plane.
     Empty,
-    /// Rounding made the sorting of the vertices contradict itself.
+    /// Rounding made the classification of the vertices contradictory.
     Confused,
 }
 
@@ -45,8 +45,8 @@ enum Place {
 }
 
 impl Polytope {
-    /// The cube of half-width `reach` about the origin; its faces carry the planes `first`…`first + 5`, towards
-    /// −x, +x, −y, +y, −z, +z.
+    /// The cube of half-width `reach` about the origin. Its faces have the plane numbers `first` to `first + 5`, towards −x,
+    /// +x, −y, +y, −z, +z.
     pub fn cube(reach: f64, first: usize) -> Self {
         let corner =
             |k: u32| DVec3::from_array([0, 1, 2].map(|axis| if k >> axis & 1 == 1 { reach } else { -reach }));
@@ -58,7 +58,7 @@ impl Polytope {
         }
     }
 
-    /// Takes away what lies in front of `plane`. Vertices within `tolerance` of it count as on it.
+    /// Removes the part in front of `plane`. Vertices within `tolerance` of it count as on it.
     pub fn cut(&mut self, plane: &Plane, number: usize, tolerance: f64) -> Outcome {
         let distances: Vec<f64> = self.points.iter().map(|p| plane.distance(*p)).collect();
         let place = |v: u32| match distances[v as usize] {
@@ -98,7 +98,7 @@ impl Polytope {
         Outcome::Cut
     }
 
-    /// The part of a face behind the plane, which it crosses once; the new edge goes to `rim`.
+    /// The part of a face behind the plane; the new edge is added to `rim`.
     fn clip(
         &mut self,
         corners: &[u32],
@@ -108,7 +108,7 @@ impl Polytope {
         rim: &mut Rim,
     ) -> Option<Vec<u32>> {
         let n = corners.len();
-        // Start at the first vertex kept after the run of those cut away, which must be one run.
+        // Start at the first kept vertex after the removed ones, which must be contiguous.
         let mut starts = (0..n)
             .filter(|&k| place(corners[(k + n - 1) % n]) == Place::Out && place(corners[k]) != Place::Out);
         let start = starts.next()?;
@@ -147,7 +147,7 @@ impl Polytope {
         })
     }
 
-    /// Forgets the vertices that no face uses.
+    /// Removes the vertices that no face uses.
     pub fn compact(&mut self) {
         let mut number = FxHashMap::default();
         let mut points = Vec::new();
@@ -160,7 +160,7 @@ impl Polytope {
         self.points = points;
     }
 
-    /// Whether every edge is run along once each way, every face is a simple polygon, and V − E + F = 2.
+    /// Whether every edge occurs once in each direction, every face is a simple polygon, and V − E + F = 2.
     pub fn is_sound(&self) -> bool {
         let mut edges = FxHashSet::default();
         let mut vertices = FxHashSet::default();
@@ -179,25 +179,25 @@ impl Polytope {
     }
 }
 
-/// The edges of a loop, each from a vertex to the next.
+/// The directed edges of a loop.
 pub(super) fn directed(corners: &[u32]) -> impl Iterator<Item = (u32, u32)> + '_ {
     corners.iter().copied().zip(corners.iter().copied().cycle().skip(1))
 }
 
-/// The edges along which a cut opened the polyhedron, in the direction that the closing face has them.
+/// The edges where a cut opened the polyhedron, in the direction of the closing face.
 #[derive(Default)]
 struct Rim {
     edges: Vec<(u32, u32)>,
 }
 
 impl Rim {
-    /// A face was dropped whole: its edges on the plane may be where a kept face ends.
+    /// Adds the edges on the plane of a removed face, which may bound a kept face.
     fn add_dropped(&mut self, corners: &[u32], place: impl Fn(u32) -> Place) {
         let on = |&(a, b): &(u32, u32)| place(a) == Place::On && place(b) == Place::On;
         self.edges.extend(directed(corners).filter(on));
     }
 
-    /// The closing face. Edges present both ways lie between two faces that were dropped, or join two that were clipped.
+    /// The closing face. Edges present in both directions lie between two removed faces, or join two clipped ones.
     fn into_loop(self) -> Option<Vec<u32>> {
         let all: FxHashSet<(u32, u32)> = self.edges.iter().copied().collect();
         let mut next = FxHashMap::default();

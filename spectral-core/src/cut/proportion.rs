@@ -1,4 +1,4 @@
-//! The proportions by which cutters and laboratories describe a stone.
+//! The proportions of a stone as cutters and laboratories state them.
 
 use glam::DVec3;
 
@@ -23,18 +23,18 @@ pub struct Proportions {
     pub length: f64,
     /// The table's extent along the width, as a percentage of the width; `None` without a table.
     pub table_percent: Option<f64>,
-    /// From the highest point of the girdle to the top of the stone.
+    /// Height from the highest point of the girdle to the top of the stone.
     pub crown_height: f64,
-    /// Between the highest and the lowest point of the girdle.
+    /// Height between the highest and the lowest point of the girdle.
     pub girdle: f64,
-    /// From the lowest point of the girdle to the bottom of the stone.
+    /// Height from the lowest point of the girdle to the bottom of the stone.
     pub pavilion_depth: f64,
     /// The z extent.
     pub total_depth: f64,
-    /// Angle of the crown mains: of the tiers that reach from table to girdle the largest, else of all.
+    /// Angle of the crown mains: the tier with the largest area from table to girdle, or else the largest of all.
     pub crown_angle: Option<f64>,
-    /// Angle of the pavilion mains: of the tiers that reach from the lowest point to the girdle the largest, else of
-    /// those that reach the lowest point.
+    /// Angle of the pavilion mains: the tier with the largest area from the lowest point to the girdle, or else the largest
+    /// that touches the lowest point.
     pub pavilion_angle: Option<f64>,
     /// Facets above the girdle, the table included.
     pub crown_facets: usize,
@@ -46,7 +46,7 @@ pub struct Proportions {
     pub volume: f64,
 }
 
-/// A facet as the measures see it.
+/// The measures of a facet.
 struct Measured {
     /// Degrees: 0 faces up, 90 is upright, 180 faces down.
     tilt: f64,

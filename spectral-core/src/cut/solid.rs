@@ -1,4 +1,4 @@
-//! From half-spaces to a mesh: robust combinatorics first, then exact vertices, then contraction of short edges.
+//! From half-spaces to a mesh: robust combinatorics, then exact vertices, then the contraction of short edges.
 
 use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
@@ -10,14 +10,14 @@ use crate::{Error, Warning};
 
 /// Edges shorter than this fraction of the radius are contracted.
 const CONTRACT: f64 = 1e-6;
-/// How near a plane a vertex counts as on it, as a fraction of the radius. Designs are written with 8 to 10 decimals, so
-/// 1e-8 takes their meets as meets; the others are tried where rounding contradicts itself with the first.
+/// The distance from a plane within which a vertex counts as on it, as a fraction of the radius. Designs have 8 to 10
+/// decimals, so 1e-8 recognises their meets. The others are tried if rounding is contradictory with the first.
 const TOLERANCES: [f64; 7] = [1e-8, 1e-9, 1e-7, 1e-10, 1e-11, 3e-7, 1e-12];
-/// The cube that the facets are cut from, in radii. What still touches it has no facet to bound it.
+/// The cube from which the facets are cut, in radii. A solid that still touches it is unbounded.
 const REACH: f64 = 1e4;
-/// Offsets beyond this are refused.
+/// Larger offsets are refused.
 const LARGEST: f64 = 1e12;
-/// Smaller solids are refused: products of their coordinates would underflow.
+/// Smaller solids are refused, so that products of coordinates do not underflow.
 const SMALLEST: f64 = 1e-30;
 /// Directions of the cube's faces.
 const TOWARDS: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
@@ -32,7 +32,7 @@ pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> 
     for (guess, tolerance) in [largest, median].into_iter().flat_map(|g| TOLERANCES.map(|t| (g, t))) {
         match attempt(&planes, guess, tolerance) {
             Ok(solid) => return Ok(finish(facets, solid)),
-            // The smaller guess may end short of a facet; with the larger one there is none.
+            // With the smaller guess a facet may lie outside; with the larger one there is none.
             Err(Failure::Unbounded(sides)) if guess == largest => {
                 let sides: Vec<&str> = sides.iter().map(|&k| TOWARDS[k]).collect();
                 let message =
@@ -40,7 +40,7 @@ pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> 
                 return Err(Error::Solid { message, place: None });
             }
             Err(Failure::Confused | Failure::Unbounded(_)) => {}
-            // An empty solid may be an artefact of a coarse tolerance on a thin one.
+            // A coarse tolerance may make a thin solid empty.
             Err(Failure::Empty(k)) => error = error.or(Some(empty(facets, k))),
         }
     }
@@ -68,7 +68,7 @@ fn check(facets: &[CutFacet]) -> Result<(), Error> {
     Ok(())
 }
 
-/// How a person finds facet `k`.
+/// How messages name facet `k`.
 fn label(facets: &[CutFacet], k: usize) -> String {
     match &facets[k].name {
         Some(name) => format!("facet {} ({name})", k + 1),
@@ -85,23 +85,22 @@ fn empty(facets: &[CutFacet], k: usize) -> Error {
 }
 
 enum Failure {
-    /// Faces of the cube that are left.
+    /// The remaining faces of the cube.
     Unbounded(Vec<usize>),
-    /// The facet that took the rest.
+    /// The facet that removed the rest.
     Empty(usize),
-    /// Rounding; another tolerance may do.
+    /// Rounding; another tolerance may help.
     Confused,
 }
 
 /// A solid in the cut's own frame.
 struct Solid {
     polytope: Polytope,
-    /// Facets that repeat another, and the other.
+    /// Facets that repeat another, with the other.
     repeated: Vec<(usize, usize)>,
 }
 
-/// The radius of the solid as the offsets suggest it: the largest, and the median in case that one belongs to a plane far
-/// away from the stone.
+/// Estimates of the radius: the largest offset, and the median in case the largest belongs to a plane far from the stone.
 fn guesses(planes: &[Plane]) -> [f64; 2] {
     let mut offsets: Vec<f64> = planes.iter().map(|p| p.offset.abs()).filter(|&d| d > 0.0).collect();
     offsets.sort_by(f64::total_cmp);
@@ -109,8 +108,8 @@ fn guesses(planes: &[Plane]) -> [f64; 2] {
     [at(offsets.len().saturating_sub(1)), at(offsets.len() / 2)]
 }
 
-/// The solid, cut twice: the first time about the origin with a guessed radius, the second about the solid's own middle
-/// with its own radius, to which the tolerance refers.
+/// The solid, cut at least twice: first about the origin with an estimated radius, then about its own middle with its own
+/// radius, to which the tolerance refers.
 fn attempt(planes: &[Plane], guess: f64, tolerance: f64) -> Result<Solid, Failure> {
     let (mut centre, mut radius) = (DVec3::ZERO, guess);
     for round in 0..4 {
@@ -135,7 +134,7 @@ fn attempt(planes: &[Plane], guess: f64, tolerance: f64) -> Result<Solid, Failur
     Err(Failure::Confused)
 }
 
-/// Cuts the cube with every plane in turn, in the frame where `centre` is the origin and `radius` the unit.
+/// Cuts the cube with every plane in turn, with `centre` as the origin and `radius` as the unit.
 fn cut_all(planes: &[Plane], centre: DVec3, radius: f64, tolerance: f64) -> Result<Solid, Failure> {
     let mut polytope = Polytope::cube(REACH, planes.len());
     let mut repeated = Vec::new();
@@ -161,7 +160,7 @@ fn frame(polytope: &Polytope) -> (DVec3, f64) {
     (0.5 * (low + high), 0.5 * (high - low).max_element())
 }
 
-/// Moves each vertex to the meet of the planes of its faces: exactly for three, in the least-squares sense for more.
+/// Moves each vertex to the intersection of the planes of its faces: exactly for three planes, by least squares for more.
 fn sharpen(planes: &[Plane], polytope: &mut Polytope, radius: f64) {
     let mut normals = vec![DMat3::ZERO; polytope.points.len()];
     for face in &polytope.faces {
@@ -169,8 +168,8 @@ fn sharpen(planes: &[Plane], polytope: &mut Polytope, radius: f64) {
         let square = DMat3::from_cols(n * n.x, n * n.y, n * n.z);
         face.corners.iter().for_each(|&v| normals[v as usize] += square);
     }
-    // A little damping keeps vertices between nearly parallel planes where they are along the direction the planes leave
-    // open; the rounds make up for it in the others.
+    // Slight damping keeps a vertex between nearly parallel planes in place along their undetermined direction. The rounds
+    // compensate for it in the other directions.
     let inverse: Vec<DMat3> =
         normals.iter().map(|m| (*m + DMat3::from_diagonal(DVec3::splat(1e-10))).inverse()).collect();
     for _ in 0..4 {
@@ -183,7 +182,7 @@ fn sharpen(planes: &[Plane], polytope: &mut Polytope, radius: f64) {
         }
         for ((p, r), m) in polytope.points.iter_mut().zip(right).zip(&inverse) {
             let step = *m * r;
-            // The combinatorics hold for the neighbourhood of the tolerance only.
+            // The combinatorics are valid near the tolerance only.
             if step.length() < 1e-5 * radius {
                 *p += step;
             }
@@ -191,8 +190,8 @@ fn sharpen(planes: &[Plane], polytope: &mut Polytope, radius: f64) {
     }
 }
 
-/// Contracts edges shorter than [`CONTRACT`] radii; faces left with two corners vanish. Where that would tangle the faces
-/// the polyhedron stays as it is.
+/// Contracts edges shorter than [`CONTRACT`] radii; faces with two corners vanish. If the result is not a valid polyhedron,
+/// nothing changes.
 fn contract(planes: &[Plane], polytope: Polytope, radius: f64) -> Polytope {
     let mut root: Vec<u32> = (0..polytope.points.len() as u32).collect();
     let mut short = false;
@@ -238,8 +237,7 @@ fn find(root: &mut [u32], mut v: u32) -> u32 {
     v
 }
 
-/// Whether no vertex stands in front of any plane, nor behind that of its own face, by more than the contraction
-/// accounts for.
+/// Whether no vertex is in front of any plane, or behind that of its own face, by more than contraction explains.
 fn agrees(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
     let slack = 2.0 * CONTRACT * radius;
     let on = |face: &Face, v: u32| planes[face.plane].distance(polytope.points[v as usize]) >= -slack;
@@ -247,7 +245,7 @@ fn agrees(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
         && polytope.faces.iter().all(|face| face.corners.iter().all(|&v| on(face, v)))
 }
 
-/// The mesh, its facets in the order of the cut, and what there is to say about facets that are not in it.
+/// The mesh with its facets in the order of the cut, and warnings about facets that are not in it.
 fn finish(facets: &[CutFacet], solid: Solid) -> (Mesh, Vec<Warning>) {
     let Solid { mut polytope, repeated } = solid;
     polytope.faces.sort_by_key(|f| f.plane);

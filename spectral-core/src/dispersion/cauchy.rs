@@ -1,46 +1,34 @@
-//! Cauchy's series fitted to measured indices.
+//! Fit of Cauchy's series to measured indices.
 
 use super::{Dispersion, LARGEST_INDEX, um2};
 use crate::{Error, Warning};
 
-/// Wavelengths of measurements, in nm; anything else is taken for a mix-up of units.
+/// Wavelengths of measurements, in nm; others indicate wrong units.
 const MEASURABLE: std::ops::RangeInclusive<f64> = 200.0..=2000.0;
-/// Nearer lines say nothing about curvature, in nm.
+/// Lines at a smaller distance, in nm, do not determine the curvature.
 const SPACING: f64 = 20.0;
 /// A fit without a measurement below this extrapolates the violet, in nm.
 const VIOLET: f64 = 450.0;
-/// A residual beyond this is a slip of the pen rather than a refractometer's error.
+/// A larger residual is a wrong figure rather than a measurement error.
 const RESIDUAL: f64 = 1e-3;
 
 impl Dispersion {
     /// Cauchy's n = A + B/λ² + C/λ⁴ through three measurements [nm, n], or least squares through more.
     ///
-    /// Measured at B, D and G it is within 1.2e-4 of diamond's Sellmeier curve over 380–780 nm, 6e-4 of
-    /// corundum's and 4.5e-4 of N-BK7's; C, D and F amplify errors of measurement at 380 nm four times more.
-    /// Substances that absorb in the violet (rutile) need a [`Dispersion::Sellmeier`].
+    /// With measurements at B, D and G it is within 1.2e-4 of diamond's Sellmeier curve over 380–780 nm, within 6e-4 of
+    /// corundum's and within 4.5e-4 of N-BK7's. With C, D and F, measurement errors are amplified four times more at
+    /// 380 nm. Substances that absorb in the violet (rutile) need a [`Dispersion::Sellmeier`].
     ///
-    /// The fit is made in t = 1/λ² mapped to [−1, 1], where the columns are nearly orthogonal, by an
-    /// orthogonal decomposition (Givens rotations; Golub & Van Loan, *Matrix Computations*, §5.2.5).
+    /// The fit uses t = 1/λ² mapped to [−1, 1], where the columns are nearly orthogonal, and an orthogonal decomposition
+    /// (Givens rotations; Golub & Van Loan, *Matrix Computations*, §5.2.5).
     ///
-    /// Returns the warnings too: no measurement below 450 nm, or one that the curve misses by more than 1e-3.
+    /// Warns if there is no measurement below 450 nm, or if the curve misses one by more than 1e-3.
     ///
     /// # Errors
-    /// [`Error::Value`] naming the measurement: not finite, outside 200–2000 nm, an index of at most 1, a
-    /// wavelength given twice; or fewer than three, or fewer than three that are 20 nm apart. Whether the
-    /// curve makes sense on the wavelengths to be rendered, [`Dispersion::check`] tells.
+    /// [`Error::Value`] naming the measurement if it is not finite, outside 200–2000 nm, has an index of at most 1 or a
+    /// wavelength given twice; or if fewer than three measurements are 20 nm apart. [`Dispersion::check`] tells whether the
+    /// curve is plausible on the wavelengths rendered.
     pub fn fit(measured: &[[f64; 2]]) -> Result<(Self, Vec<Warning>), Error> {
-        Self::fitted::<3>(measured)
-    }
-
-    /// [`fit`](Self::fit) with the two coefficients A and B only: steadier where measurements are rough.
-    ///
-    /// # Errors
-    /// As [`fit`](Self::fit).
-    pub fn fit_two_terms(measured: &[[f64; 2]]) -> Result<(Self, Vec<Warning>), Error> {
-        Self::fitted::<2>(measured)
-    }
-
-    fn fitted<const N: usize>(measured: &[[f64; 2]]) -> Result<(Self, Vec<Warning>), Error> {
         check_measurements(measured)?;
         let inverse_squares = measured.iter().map(|&[nm, _]| 1.0 / um2(nm));
         let low = inverse_squares.clone().fold(f64::INFINITY, f64::min);
@@ -50,7 +38,7 @@ impl Dispersion {
             let u = (1.0 / um2(nm) - middle) / half;
             (std::array::from_fn(|k| u.powi(k as i32)), n)
         });
-        let in_u = least_squares::<N>(rows);
+        let in_u = least_squares::<3>(rows);
         let dispersion = Dispersion::Cauchy(substitute(in_u, middle, half));
         let warnings = warnings(&dispersion, measured);
         Ok((dispersion, warnings))
@@ -96,7 +84,7 @@ fn check_measurement(nm: f64, n: f64) -> Result<(), String> {
     Ok(())
 }
 
-/// Three measurements must be 20 nm apart; further ones between them do no harm to a least-squares fit.
+/// Three measurements must be 20 nm apart; others between them do not harm a least-squares fit.
 fn check_spacing(measured: &[[f64; 2]]) -> Result<(), Error> {
     let mut wavelengths: Vec<f64> = measured.iter().map(|m| m[0]).collect();
     wavelengths.sort_by(f64::total_cmp);
@@ -143,9 +131,8 @@ fn warnings(fit: &Dispersion, measured: &[[f64; 2]]) -> Vec<Warning> {
     warnings
 }
 
-/// The x that minimises |Ax − b|, rows of (A | b) given one by one, by Givens rotations into an upper triangle.
-///
-/// A must have full column rank, which distinct wavelengths see to.
+/// The x that minimises |Ax − b|, from the rows of (A | b), by Givens rotations to an upper triangle. A must have full
+/// column rank, as it has for distinct wavelengths.
 fn least_squares<const N: usize>(rows: impl Iterator<Item = ([f64; N], f64)>) -> [f64; N] {
     let mut triangle = [[0.0_f64; N]; N];
     let mut rhs = [0.0; N];

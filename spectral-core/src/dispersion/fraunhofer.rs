@@ -1,5 +1,5 @@
-//! Fraunhofer's lines: the wavelengths at which indices are measured and compared, in nm (in air, as the
-//! gemmological and glass literature quotes them).
+//! Fraunhofer's lines, at which indices are measured and compared: wavelengths in nm in air, as in the literature on gems
+//! and glass.
 
 /// Oxygen, red.
 pub const B: f64 = 686.72;

@@ -1,20 +1,20 @@
-//! How far one picture is from another of the same scene.
+//! The comparison of two pictures of one scene.
 
 use super::Film;
 use crate::Error;
 
-/// Relative differences of two pictures' colours (CIE XYZ), pixel by pixel, over the pixels in which either shows a
-/// stone. The difference of two colours is their Euclidean distance over the length of the expected one.
+/// Relative differences of the colours (CIE XYZ) of two pictures, over the pixels in which either shows a stone. The
+/// difference of two colours is their Euclidean distance over the length of the expected one.
 ///
-/// Backends take the same samples at the same wavelengths, so two of them may be compared so; the pictures of two
-/// sample counts may not.
+/// All backends use the same samples and wavelengths, so their pictures can be compared in this way. Pictures with
+/// different numbers of samples cannot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Agreement {
-    /// How many pixels were compared.
+    /// The number of pixels.
     pub pixels: usize,
     /// The median difference.
     pub median: f64,
-    /// The share of pixels, 0 to 1, that are off by more than [`Agreement::TOLERANCE`].
+    /// The share of pixels, 0 to 1, with a difference above [`Agreement::TOLERANCE`].
     pub off: f64,
     /// The difference of the mean colours.
     pub mean: f64,
@@ -23,11 +23,11 @@ pub struct Agreement {
 }
 
 impl Agreement {
-    /// A pixel's relative difference beyond which it counts as off.
+    /// The relative difference above which a pixel counts as an outlier.
     pub const TOLERANCE: f64 = 1e-3;
 
-    /// Compares two pictures. Where neither shows a stone there is nothing to agree on: the median and the worst
-    /// difference are infinite then, and every pixel counts as off.
+    /// Compares two pictures. If neither shows a stone, the median and the largest difference are infinite and all pixels
+    /// count as outliers.
     ///
     /// # Errors
     /// [`Error::Value`] for pictures of different sizes.
@@ -58,7 +58,7 @@ impl Agreement {
     }
 }
 
-/// Distance of two colours relative to the expected one; a NaN is infinitely far.
+/// Distance of two colours relative to the expected one; infinite for NaN.
 fn difference(expected: [f64; 3], found: [f64; 3]) -> f64 {
     let size = |v: [f64; 3]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
     let error = size([0, 1, 2].map(|c| found[c] - expected[c])) / size(expected).max(1e-6);
@@ -71,20 +71,13 @@ mod tests {
 
     /// One row of grey pixels, all on a stone.
     fn row(values: &[f32]) -> Film {
-        Film {
-            width: values.len() as u32,
-            height: 1,
-            wavelengths: 0,
-            xyz: values.iter().map(|v| [*v; 3]).collect(),
-            coverage: vec![1.0; values.len()],
-            samples: vec![1; values.len()],
-            radiance: Vec::new(),
-            convergence: super::super::convergence::Convergence::new(values.len() as u32, 1),
-        }
+        let (xyz, ones) = (values.iter().map(|v| [*v; 3]).collect(), vec![1.0; values.len()]);
+        let samples = vec![1; values.len()];
+        Film { xyz, coverage: ones, samples, ..Film::empty(values.len() as u32, 1, 0) }
     }
 
     #[test]
-    fn differences_are_relative_to_what_was_expected() {
+    fn differences_are_relative_to_the_expected_colour() {
         let expected = row(&[1.0, 2.0, 4.0, 1.0]);
         assert_eq!(Agreement::of(&expected, &expected).unwrap().worst, 0.0);
         let found = Agreement::of(&expected, &row(&[1.0, 2.5, 3.0, 1.0])).unwrap();
@@ -97,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_to_see_is_no_agreement_and_other_sizes_are_refused() {
+    fn pictures_without_a_stone_do_not_agree_and_other_sizes_are_refused() {
         let empty = Film { coverage: vec![0.0; 2], ..row(&[1.0, 1.0]) };
         let found = Agreement::of(&empty, &empty).unwrap();
         assert_eq!((found.pixels, found.median, found.off), (0, f64::INFINITY, 1.0));

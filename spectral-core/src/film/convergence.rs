@@ -1,32 +1,32 @@
-//! Which parts of a picture need more samples: those that the last samples have changed.
+//! Adaptive sampling: parts of a picture that the last samples changed need more.
 
 use super::Tile;
 use crate::color::{RgbSpace, delta_e_2000, lab};
 
-/// Edge of the blocks of pixels that are settled together, pixels. One pixel's few samples may all miss a small lamp;
-/// those of sixteen seldom do, and rectangles are work that every backend can do well.
+/// Edge of the blocks that are settled together, pixels. All samples of one pixel may miss a small lamp, but those of
+/// sixteen pixels rarely do. Rectangles are also efficient in every backend.
 pub const BLOCK: u32 = 4;
 
-/// What the picture was when it was last judged, and the blocks that need no more samples.
+/// The picture at the last check, and the blocks that need no more samples.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Convergence {
     width: u32,
     height: u32,
-    /// CIE L*a*b* of every pixel when it was last judged; empty before.
+    /// CIE L*a*b* of every pixel at the last check; empty before the first.
     before: Vec<[f32; 3]>,
-    /// By block, row by row.
+    /// For each block, row by row.
     settled: Vec<bool>,
-    /// The samples at which it was last judged.
-    judged: u32,
+    /// The number of samples at the last check.
+    checked: u32,
 }
 
 impl Convergence {
     pub fn new(width: u32, height: u32) -> Self {
         let blocks = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
-        Convergence { width, height, before: Vec::new(), settled: vec![false; blocks], judged: 0 }
+        Convergence { width, height, before: Vec::new(), settled: vec![false; blocks], checked: 0 }
     }
 
-    /// Of each pixel in a row of pixels, whether its block is settled.
+    /// For each pixel of a row, whether its block is settled.
     pub fn settled_in_row(&self, row: Tile) -> impl Iterator<Item = bool> {
         let first = (row.y / BLOCK * self.width.div_ceil(BLOCK)) as usize;
         (row.x..row.x + row.width).map(move |x| self.settled[first + (x / BLOCK) as usize])
@@ -34,10 +34,10 @@ impl Convergence {
 
     /// See [`Film::settle`](super::Film::settle); `xyz` is each pixel's mean.
     pub fn settle(&mut self, samples: u32, tolerance: f64, xyz: impl Fn(usize) -> [f32; 3]) {
-        if samples <= self.judged {
+        if samples <= self.checked {
             return;
         }
-        self.judged = samples;
+        self.checked = samples;
         let white = RgbSpace::Xyz.white_xyz();
         let pixels = self.width as usize * self.height as usize;
         let now: Vec<[f32; 3]> =
@@ -50,7 +50,7 @@ impl Convergence {
         self.before = now;
     }
 
-    /// The root mean square of what a block's pixels differ from before by, ΔE00.
+    /// The root mean square of the differences of a block's pixels from before, ΔE00.
     fn change(&self, block: usize, now: &[[f32; 3]]) -> f64 {
         let across = self.width.div_ceil(BLOCK) as usize;
         let edge = BLOCK as usize;
@@ -74,8 +74,8 @@ mod tests {
 
     const GREY: [f32; 3] = [0.2, 0.21, 0.23];
 
-    /// Two blocks, the second of which is `change` times as bright at each next number of samples.
-    fn judged(change: f32, tolerance: f64, samples: &[u32]) -> Convergence {
+    /// Two blocks. The second is `change` times as bright at each further check.
+    fn checked(change: f32, tolerance: f64, samples: &[u32]) -> Convergence {
         let mut it = Convergence::new(2 * BLOCK, BLOCK);
         for (k, &n) in samples.iter().enumerate() {
             let factor = change.powi(k as i32);
@@ -89,10 +89,10 @@ mod tests {
 
     #[test]
     fn only_blocks_that_no_longer_change_are_settled() {
-        assert_eq!(judged(1.5, 1.0, &[3, 9]).settled, [true, false]);
-        assert_eq!(judged(1.001, 1.0, &[3, 9]).settled, [true, true]);
-        // Nothing to compare with yet.
-        assert_eq!(judged(1.0, 1.0, &[3]).settled, [false, false]);
+        assert_eq!(checked(1.5, 1.0, &[3, 9]).settled, [true, false]);
+        assert_eq!(checked(1.001, 1.0, &[3, 9]).settled, [true, true]);
+        // The first check has nothing to compare with.
+        assert_eq!(checked(1.0, 1.0, &[3]).settled, [false, false]);
     }
 
     #[test]
@@ -100,16 +100,16 @@ mod tests {
         let white = RgbSpace::Xyz.white_xyz();
         let of = |factor: f32| lab(GREY.map(|v| f64::from(v * factor)), white);
         let difference = delta_e_2000(of(1.0), of(1.1));
-        assert_eq!(judged(1.1, difference * 1.0001, &[3, 9]).settled, [true, true]);
-        assert_eq!(judged(1.1, difference * 0.9999, &[3, 9]).settled, [true, false]);
+        assert_eq!(checked(1.1, difference * 1.0001, &[3, 9]).settled, [true, true]);
+        assert_eq!(checked(1.1, difference * 0.9999, &[3, 9]).settled, [true, false]);
     }
 
     #[test]
-    fn a_film_is_judged_once_at_each_number_of_samples() {
-        let first = judged(1.5, 1.0, &[3, 9]);
-        assert_eq!(judged(1.5, 1.0, &[3, 9, 9]), first);
-        assert_eq!(judged(1.5, 1.0, &[3, 9, 3]), first);
-        let mut later = judged(1.5, 1.0, &[3, 9]);
+    fn a_film_is_checked_once_at_each_number_of_samples() {
+        let first = checked(1.5, 1.0, &[3, 9]);
+        assert_eq!(checked(1.5, 1.0, &[3, 9, 9]), first);
+        assert_eq!(checked(1.5, 1.0, &[3, 9, 3]), first);
+        let mut later = checked(1.5, 1.0, &[3, 9]);
         later.settle(27, 1e9, |_| GREY);
         assert_eq!(later.settled, [true, true]);
     }

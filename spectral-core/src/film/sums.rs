@@ -1,16 +1,16 @@
-//! A film's sums pixel by pixel, as they leave one machine and reach another.
+//! The sums of a film, pixel by pixel, for the exchange between machines.
 
 use super::Film;
 use crate::Error;
 
-/// What the samples of a pixel add up to, but for its radiance.
+/// The sums of a pixel's samples, without radiance.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PixelSums {
     /// CIE XYZ, the sum over all samples.
     pub xyz: [f32; 3],
-    /// How many samples met a stone.
+    /// The number of samples that meet a stone.
     pub coverage: f32,
-    /// Samples.
+    /// The number of samples.
     pub samples: u32,
 }
 
@@ -37,9 +37,8 @@ impl Film {
         &self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths]
     }
 
-    /// Puts sums in place of a pixel's. A pixel that is given samples it does not have is left alone by
-    /// [`Tracer::trace`](crate::tracer::Tracer::trace), which is how a machine renders its share of a picture.
-    /// Panics outside the film.
+    /// Replaces the sums of a pixel. [`Tracer::trace`](crate::tracer::Tracer::trace) skips a pixel whose sums claim all
+    /// samples; so a machine can render a part of a picture. Panics outside the film.
     ///
     /// # Errors
     /// [`Error::Value`] for radiance of another number of wavelengths than the film keeps.

@@ -5,15 +5,15 @@ use glam::{DMat3, DVec3};
 use super::topology::NONE;
 use super::{Mesh, Plane};
 
-/// How far a vertex may stand in front of a facet, as a fraction of the extent. Text files round to six decimals or more.
+/// Largest distance of a vertex in front of a facet, as a fraction of the extent. Text files have six decimals or more.
 const TOLERANCE: f64 = 1e-6;
 /// Vertices in a leaf of the search tree.
 const LEAF: usize = 16;
 
 /// `across` is the neighbour of each triangle across each of its edges.
 ///
-/// The neighbours' vertices are looked at first, which settles nearly every mesh that is not convex; then all vertices,
-/// through a tree of boxes: a tessellated dent may be too shallow to show between neighbours.
+/// The vertices of the neighbours are tested first, which decides almost every mesh that is not convex. Then all vertices
+/// are tested with a tree of boxes, since a tessellated dent may be too shallow to show between neighbours.
 pub(super) fn is_convex(mesh: &Mesh, across: &[[u32; 3]]) -> bool {
     let (low, high) = mesh.bounds();
     let slack = TOLERANCE * (high - low).max_element();
@@ -45,14 +45,14 @@ fn vertices(mesh: &Mesh) -> Vec<Vertex> {
     points
 }
 
-/// A box that leans with the surface, whose thickness is then the bulge of its patch and not the patch's width: an
-/// upright box would reach far in front of the planes of its neighbours.
+/// A box aligned with the surface, so that its thickness is the curvature of its patch and not the patch's width. An
+/// axis-aligned box would extend far in front of the planes of its neighbours.
 struct Node {
     /// Rows are the box's axes.
     axes: DMat3,
     low: DVec3,
     high: DVec3,
-    /// Where the node after this one's whole subtree is.
+    /// Index of the node after this subtree.
     skip: usize,
 }
 
@@ -77,10 +77,10 @@ fn build(points: &mut [Vertex], boxes: &mut Vec<Node>) {
     boxes[own].skip = boxes.len();
 }
 
-/// Whether any point stands more than `slack` in front of the plane.
+/// Whether any point is more than `slack` in front of the plane.
 fn any_in_front(plane: &Plane, slack: f64, points: &[Vertex], boxes: &[Node]) -> bool {
     let limit = plane.offset + slack;
-    // Nodes to look at, each with its share of the points.
+    // Nodes to visit, each with its points.
     let mut stack = vec![(0, points)];
     while let Some((at, points)) = stack.pop() {
         let node = &boxes[at];

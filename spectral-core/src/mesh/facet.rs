@@ -5,10 +5,10 @@ use glam::DVec3;
 use super::topology::{NONE, Surface};
 use super::{MeshOptions, Plane, cross, polygon};
 
-/// Rounding of single-precision coordinates, as a fraction of the extent: it tilts a triangle of height `h` by about
-/// this over `h`, so that the slivers of a facet are not held to the angle of its large triangles.
+/// Rounding of single-precision coordinates, as a fraction of the extent. It tilts a triangle of height `h` by about this
+/// over `h`, so the slivers of a facet may deviate more than its large triangles.
 const ROUNDING: f64 = 1e-7;
-/// The plane is fitted and the facet grown with it this often: the first plane is one triangle's, and noisy.
+/// Rounds of fitting the plane and growing the facet. The first plane, that of one triangle, is noisy.
 const ROUNDS: usize = 2;
 
 pub(super) struct Grouped {
@@ -16,17 +16,17 @@ pub(super) struct Grouped {
     pub planes: Vec<Plane>,
 }
 
-/// A triangle as the grouping sees it.
+/// A triangle of the grouping.
 struct Piece {
     /// Unit normal; zero for a triangle without direction.
     normal: DVec3,
     area: f64,
-    /// Least cosine between its normal and its facet's.
+    /// Smallest cosine between its normal and that of its facet.
     cosine: f64,
 }
 
-/// Grows facets from the largest triangles first: their normals are the most exact. Membership is judged against the
-/// facet's plane and never against a neighbour, so a smooth surface cannot be swallowed step by step.
+/// Grows facets from the largest triangles first, since their normals are the most exact. Triangles are compared with the
+/// plane of the facet and never with a neighbour, so a smooth surface does not become one facet step by step.
 pub(super) fn group(surface: &Surface, options: &MeshOptions) -> Grouped {
     let pieces = pieces(surface, options.coplanar_angle.to_radians());
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
@@ -97,8 +97,8 @@ fn grow(
     }
 }
 
-/// The area-weighted plane: the sum of the triangles' area vectors, which depends on the facet's outline only and not on
-/// the noise within, through their centre of area.
+/// The area-weighted plane: its normal is the sum of the area vectors, which depends on the outline of the facet and not on
+/// the noise inside; it contains the centre of area.
 fn fit(surface: &Surface, pieces: &[Piece], members: &[u32]) -> Plane {
     let (mut normal, mut centre, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
     for &t in members {
@@ -112,8 +112,8 @@ fn fit(surface: &Surface, pieces: &[Piece], members: &[u32]) -> Plane {
     Plane { normal, offset: normal.dot(centre / area) }
 }
 
-/// Triangles whose corners lie on a line have no plane of their own: each joins the facet across its longest edge, or
-/// across any other that has one.
+/// Triangles whose corners lie on a line have no plane. Each joins the facet across its longest edge, or across another
+/// edge that has one.
 fn adopt_thin(surface: &Surface, facet_of: &mut [u32], planes: &mut Vec<Plane>) {
     let mut left: Vec<usize> = (0..facet_of.len()).filter(|&t| facet_of[t] == NONE).collect();
     while !left.is_empty() {
@@ -134,7 +134,7 @@ fn adopt_thin(surface: &Surface, facet_of: &mut [u32], planes: &mut Vec<Plane>) 
             break;
         }
     }
-    // Thin triangles with none but thin ones around them: any plane through them is as good as another.
+    // Thin triangles with only thin neighbours: any plane through them is as good as another.
     for t in left {
         let [a, b, _] = surface.triangles[t].map(|v| surface.positions[v as usize]);
         let normal = (b - a).normalize_or(DVec3::X).any_orthonormal_vector();
@@ -143,7 +143,7 @@ fn adopt_thin(surface: &Surface, facet_of: &mut [u32], planes: &mut Vec<Plane>) 
     }
 }
 
-/// Numbers the facets by their first triangle, so that they follow the file and not the areas.
+/// Numbers the facets by their first triangle: in the order of the file and not of the areas.
 fn number_in_file_order(mut facet_of: Vec<u32>, planes: &[Plane]) -> Grouped {
     let mut number = vec![NONE; planes.len()];
     let mut ordered = Vec::with_capacity(planes.len());

@@ -1,4 +1,4 @@
-//! Where a mesh stands.
+//! The placement of a mesh.
 
 use glam::{DMat3, DVec3};
 
@@ -15,7 +15,8 @@ pub(crate) struct Placement {
 
 impl Placement {
     /// # Errors
-    /// [`Error::Value`] for a `scale` that is not positive, a `rotation` that is not one, or a figure that is not finite.
+    /// [`Error::Value`] for a `scale` that is not positive, a `rotation` that is not a rotation, or a figure that is not
+    /// finite.
     pub fn new(rotation: DMat3, scale: f64, translation: DVec3) -> Result<Self, Error> {
         if !(scale > 0.0 && scale.is_finite()) {
             return Err(Error::value("scale", scale, "give a positive figure"));
@@ -32,7 +33,7 @@ impl Placement {
         Ok(Placement { rotation, scale, translation })
     }
 
-    /// Whether the mesh stays within the range of coordinates.
+    /// Checks that the mesh stays within the range of coordinates.
     ///
     /// # Errors
     /// [`Error::Value`] for the first vertex that does not.

@@ -1,18 +1,18 @@
-//! Which triangle lies across each edge; closedness, orientation and shells.
+//! Topology: the triangle across each edge, closedness, orientation and shells.
 
 use glam::DVec3;
 
 use super::{bounds, signed_volume};
 use crate::{Error, Warning};
 
-/// No triangle: the edge is shared by several shells that touch.
+/// No triangle: several shells touch along this edge.
 pub(super) const NONE: u32 = u32::MAX;
 
 /// A closed, oriented surface.
 pub(super) struct Surface {
     pub positions: Vec<DVec3>,
     pub triangles: Vec<[u32; 3]>,
-    /// For each triangle the triangle across its edge `k`, which runs from corner `k` to corner `k + 1`; or [`NONE`].
+    /// For each triangle, the triangle across its edge `k`, from corner `k` to corner `k + 1`; or [`NONE`].
     pub across: Vec<[u32; 3]>,
     pub shells: usize,
     /// Longest side of the bounding box.
@@ -21,29 +21,17 @@ pub(super) struct Surface {
     pub thin: f64,
 }
 
-impl Surface {
-    pub fn new(
-        positions: Vec<DVec3>,
-        triangles: Vec<[u32; 3]>,
-        Joints { across, shells }: Joints,
-        extent: f64,
-        thin: f64,
-    ) -> Self {
-        Surface { positions, triangles, across, shells, extent, thin }
-    }
-}
-
-/// How the triangles of a [`Surface`] hang together.
+/// How the triangles of a [`Surface`] are connected.
 pub(super) struct Joints {
-    across: Vec<[u32; 3]>,
-    shells: usize,
+    pub across: Vec<[u32; 3]>,
+    pub shells: usize,
 }
 
-/// Why triangles do not make a closed surface.
+/// Why triangles do not form a closed surface.
 pub(super) struct Fault {
     message: String,
     place: DVec3,
-    /// Whether joining vertices might mend it.
+    /// Whether joining vertices might close it.
     pub is_open: bool,
 }
 
@@ -53,15 +41,15 @@ impl From<Fault> for Error {
     }
 }
 
-/// The sides of edges by the lower vertex of the edge: those of vertex `v` are `sides[starts[v]..starts[v + 1]]`, each the
-/// edge's upper vertex and `4 · triangle + k`, in order.
+/// The sides of edges, sorted by the lower vertex of the edge: those of vertex `v` are `sides[starts[v]..starts[v + 1]]`. Each
+/// has the upper vertex and `4 · triangle + k`.
 struct Sides {
     starts: Vec<u32>,
     sides: Vec<(u32, u32)>,
 }
 
 impl Sides {
-    /// Sorted by counting, which takes time in proportion to the triangles.
+    /// A counting sort, which takes linear time.
     fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
         let mut starts = vec![0_u32; vertices + 1];
         for_each_side(triangles, |low, _, _| starts[low as usize + 1] += 1);
@@ -69,7 +57,7 @@ impl Sides {
             starts[v + 1] += starts[v];
         }
         let mut sides = vec![(0, 0); 3 * triangles.len()];
-        // The next free place of each vertex is kept where its start is, and that is one too far on in the end.
+        // The starts serve as the next free places, so in the end each is that of the next vertex.
         for_each_side(triangles, |low, high, side| {
             let place = &mut starts[low as usize];
             sides[*place as usize] = (high, side);
@@ -83,7 +71,7 @@ impl Sides {
         Sides { starts, sides }
     }
 
-    /// The edges in order: the lower and the upper vertex, packed, and the sides.
+    /// The edges in order: the packed lower and upper vertex, and the sides.
     fn edges(&self) -> impl Iterator<Item = (u64, &[(u32, u32)])> {
         self.starts.windows(2).enumerate().flat_map(|(low, range)| {
             let around = &self.sides[range[0] as usize..range[1] as usize];
@@ -103,7 +91,7 @@ fn for_each_side(triangles: &[[u32; 3]], mut then: impl FnMut(u32, u32, u32)) {
     }
 }
 
-/// Checks that the triangles close, and orients them.
+/// Checks that the triangles form a closed surface, and orients them.
 pub(super) fn build(
     positions: &[DVec3],
     triangles: &mut [[u32; 3]],
@@ -138,8 +126,8 @@ pub(super) fn build(
     Ok(Joints { across, shells })
 }
 
-/// Pairs the two sides of each edge. Edges with four or more sides, an even number, are where shells touch: they are
-/// left unpaired, and [`check_balance`] looks at them once the shells are oriented.
+/// Pairs the two sides of each edge. At edges with an even number of sides, four or more, shells touch: they stay unpaired,
+/// and [`check_balance`] checks them after the orientation.
 fn pair(positions: &[DVec3], triangles: &[[u32; 3]], sides: &Sides) -> Result<Vec<[u32; 3]>, Fault> {
     let mut across = vec![[NONE; 3]; triangles.len()];
     let (mut open, mut odd) = ((0_usize, 0_u64), (0_usize, 0_u64));
@@ -181,8 +169,8 @@ fn at_edge(positions: &[DVec3], what: &str, (count, key): (usize, u64)) -> Fault
     Fault { message, place: 0.5 * (a + b), is_open: false }
 }
 
-/// Walks each shell and finds the triangles wound against the majority: the shell of each triangle, the number of
-/// shells, and whether to turn each triangle.
+/// Traverses each shell and finds the triangles wound against the majority. Returns the shell of each triangle, the number
+/// of shells, and whether to reverse each triangle.
 fn orient(
     positions: &[DVec3],
     triangles: &[[u32; 3]],
@@ -233,13 +221,13 @@ fn runs(triangle: &[u32; 3], a: u32, b: u32) -> bool {
     (0..3).any(|k| triangle[k] == a && triangle[(k + 1) % 3] == b)
 }
 
-/// Turns a triangle over; edge `k` then runs along the old edge `2 − k`.
+/// Reverses a triangle; edge `k` is then the old edge `2 − k`.
 fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
     triangle.swap(1, 2);
     across.swap(0, 2);
 }
 
-/// Where shells touch along an edge, as many triangles must run along it one way as the other.
+/// Where shells touch along an edge, the same number of triangles must have it in either direction.
 fn check_balance(positions: &[DVec3], triangles: &[[u32; 3]], sides: &Sides) -> Result<(), Fault> {
     let mut bad = (0, 0);
     for (key, group) in sides.edges().filter(|(_, group)| group.len() > 2) {

@@ -1,21 +1,21 @@
-//! From loose triangles to shared vertices: input checks, joining, and the removal of triangles without area.
+//! Shared vertices for loose triangles: input checks, joining, and the removal of triangles without area.
 
 use glam::DVec3;
 use rustc_hash::{FxBuildHasher, FxHashMap};
 use std::hash::{BuildHasher, Hash};
 use std::mem::take;
 
-use super::topology::{self, Fault, Surface};
+use super::topology::{self, Fault, Joints, Surface};
 use super::{bounds, polygon};
 use crate::{Error, Warning};
 
-/// Coordinates beyond this are refused: volumes and their differences stay far inside the range of `f64`.
+/// Larger coordinates are refused, so that volumes and their differences stay within the range of `f64`.
 pub(super) const LARGEST: f64 = 1e12;
-/// The same in words.
+/// [`LARGEST`] in words.
 pub(super) const RANGE: &str = "coordinates must be finite and at most 1e12 in size";
-/// Meshes smaller than this are refused: products of coordinates must not underflow.
+/// Smaller meshes are refused, so that products of coordinates do not underflow.
 const SMALLEST: f64 = 1e-30;
-/// Triangles thinner than this fraction of the extent have no direction worth the name.
+/// Triangles thinner than this fraction of the extent have no meaningful normal.
 const THIN: f64 = 1e-12;
 
 pub(super) fn check_input(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result<(), Error> {
@@ -45,11 +45,11 @@ pub(super) fn check_input(positions: &[DVec3], triangles: &[[u32; 3]]) -> Result
     Ok(())
 }
 
-/// The closed surface that the triangles make once coincident vertices are joined.
+/// The closed surface of the triangles with coincident vertices joined.
 ///
-/// Exact duplicates come first, since they keep every detail of a file that is sound; nearness only helps where that
-/// leaves the surface open. Triangles whose corners lie on a line are left out if the surface closes without them, and
-/// kept where they are what fills a T-junction.
+/// Exact duplicates are joined first, which preserves every detail of a correct file. Near vertices are joined only if the
+/// surface is still open. Triangles whose corners lie on a line are removed if the surface closes without them, and kept
+/// where they fill a T-junction.
 pub(super) fn close(
     positions: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
@@ -66,7 +66,7 @@ pub(super) fn close(
         let message = "the mesh has no triangle with an area".to_owned();
         return Err(Error::Solid { message, place: first });
     }
-    // Coordinates far from the origin carry their own rounding.
+    // The rounding of coordinates far from the origin.
     let rounding = 4.0 * f64::EPSILON * low.abs().max(high.abs()).max_element();
     let thin = (THIN * extent).max(rounding);
     let error = match exact.surface(thin, extent) {
@@ -97,7 +97,7 @@ pub(super) fn close(
     Ok(surface)
 }
 
-/// The first of all numbers with the same key: a hash table that holds the numbers alone, a few bytes each.
+/// Finds the first number with the same key. The hash table stores only numbers, a few bytes each.
 struct Firsts {
     slots: Vec<u32>,
 }
@@ -108,7 +108,7 @@ impl Firsts {
         Firsts { slots: vec![u32::MAX; (count + count / 2 + 1).next_power_of_two()] }
     }
 
-    /// The number that had the key of `number` first: itself, if none had.
+    /// The first number with the key of `number`; itself if there is none before.
     fn of<K: Hash + Eq>(&mut self, number: u32, key: impl Fn(u32) -> K) -> u32 {
         let wanted = key(number);
         let mut at = FxBuildHasher.hash_one(&wanted) as usize;
@@ -126,7 +126,7 @@ impl Firsts {
     }
 }
 
-/// For each vertex the first used vertex with the very same coordinates.
+/// For each vertex, the first used vertex with the same coordinates.
 fn join_exact(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     // Adding zero makes −0 and +0 the same.
     let key = |v: u32| (positions[v as usize] + DVec3::ZERO).to_array().map(f64::to_bits);
@@ -140,9 +140,9 @@ fn join_exact(positions: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u32> {
     map
 }
 
-/// For each point the first point within `tolerance` that was kept, or itself.
+/// For each point, the first kept point within `tolerance`, or itself.
 fn join_near(points: &[DVec3], low: DVec3, tolerance: f64) -> Vec<u32> {
-    // Cells eight times the tolerance: most points need look into one only, and few share one.
+    // Cells of eight times the tolerance: most points search one cell only, and few points share a cell.
     let cell = |p: DVec3| ((p - low) / (8.0 * tolerance)).floor().to_array().map(|c| c as i64);
     let mut kept: FxHashMap<[i64; 3], Vec<u32>> = FxHashMap::default();
     let mut map = Vec::with_capacity(points.len());
@@ -175,7 +175,7 @@ struct Joined {
 }
 
 impl Joined {
-    /// `map` gives each vertex the one it is joined to; vertices that no triangle uses are left out.
+    /// `map` has for each vertex the one it is joined to. Unused vertices are removed.
     fn new(positions: &[DVec3], mut triangles: Vec<[u32; 3]>, map: &[u32]) -> Self {
         let before = triangles.len();
         triangles.iter_mut().flatten().for_each(|v| *v = map[*v as usize]);
@@ -193,8 +193,8 @@ impl Joined {
         Joined { positions, triangles, collapsed, repeated }
     }
 
-    /// The closed surface, with what had to be done to get it. `thin` is the height under which a triangle counts as
-    /// without area. What was joined is used up, unless the surface is open.
+    /// The closed surface, with warnings about repairs. Triangles with a height below `thin` count as without area. Consumes
+    /// the contents unless the surface is open.
     fn surface(&mut self, thin: f64, extent: f64) -> Result<(Surface, Vec<Warning>), Fault> {
         let solid = |t: &&[u32; 3]| polygon::height(t.map(|v| self.positions[v as usize])) > thin;
         let flat = self.triangles.len() - self.triangles.iter().filter(solid).count();
@@ -206,10 +206,10 @@ impl Joined {
             let (positions, mut rest) = used(&self.positions, rest);
             if let Ok(joints) = topology::build(&positions, &mut rest, extent, &mut kept) {
                 note(&mut notes, self.collapsed + flat, "without area {were} left out");
-                surface = Some(Surface::new(positions, rest, joints, extent, thin));
+                surface = Some((positions, rest, joints));
             }
         }
-        let surface = match surface {
+        let (positions, triangles, Joints { across, shells }) = match surface {
             Some(surface) => surface,
             None => {
                 kept.clear();
@@ -217,17 +217,16 @@ impl Joined {
                 note(&mut notes, self.collapsed, "without area {were} left out");
                 let line = "whose corners lie on a line {were} kept, since the mesh is open without";
                 note(&mut notes, flat, line);
-                let (positions, triangles) = (take(&mut self.positions), take(&mut self.triangles));
-                Surface::new(positions, triangles, joints, extent, thin)
+                (take(&mut self.positions), take(&mut self.triangles), joints)
             }
         };
         note(&mut notes, self.repeated, "given more than once {were} taken once");
         notes.extend(kept);
-        Ok((surface, notes))
+        Ok((Surface { positions, triangles, across, shells, extent, thin }, notes))
     }
 }
 
-/// The triangle's corners, the lowest first: the same for any corner that it is written from.
+/// The corners with the lowest first: the same for every rotation of the triangle.
 fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     let least = a.min(b).min(c);
     if least == a {
@@ -239,7 +238,7 @@ fn turned([a, b, c]: [u32; 3]) -> [u32; 3] {
     }
 }
 
-/// Says what became of `count` triangles, if there are any.
+/// Reports what was done with `count` triangles, if there are any.
 fn note(notes: &mut Vec<Warning>, count: usize, what: &str) {
     if count > 0 {
         let (s, were) = if count == 1 { ("", "was") } else { ("s", "were") };

@@ -2,35 +2,34 @@
 
 use serde::Deserialize;
 
-use super::{GEAR, between, offset, rounded, sin_cos, tier};
-use crate::{Error, cut::Cut};
+use super::{GEAR, between, girdle, offset, rounded, sin_cos, tier};
+use crate::{Error, cut::Cut, cut::CutFacet};
 
 /// Half the girdle's diameter.
 const RADIUS: f64 = 0.5;
 
 /// The standard round brilliant of 57 facets (58 with a culet) and its girdle; see [`crate::shape`] for units and frame.
 ///
-/// Eight bezels and eight mains stand at the eight principal azimuths, the first at +y, and run out to the girdle's
-/// full radius there; stars, upper and lower girdle facets follow from the meet points.
+/// Eight bezels and eight mains have the eight principal azimuths, the first at +y, and extend to the full radius of the
+/// girdle there. Stars, upper and lower girdle facets follow from the meet points.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct RoundBrilliant {
-    /// Table size from corner to opposite corner.
+    /// Table size between opposite corners.
     pub table: f64,
     /// Angle of the bezels.
     pub crown: f64,
     /// Angle of the pavilion mains.
     pub pavilion: f64,
-    /// Star length: the part of the way from the table's edge to the girdle, seen from above, that the stars take.
+    /// Star length: the share of the distance from the table's edge to the girdle, seen from above.
     pub star: f64,
-    /// Lower-half length: the part of the way from the girdle to the centre, seen from below, that the lower girdle
-    /// facets take.
+    /// Length of the lower girdle facets: the share of the distance from the girdle to the centre, seen from below.
     pub lower_half: f64,
-    /// Girdle thickness at the mains, where it is thickest when `girdle_facets` is over 16.
+    /// Girdle thickness at the mains, where it is largest if `girdle_facets` is above 16.
     pub girdle: f64,
     /// Number of girdle facets, a multiple of 16.
     pub girdle_facets: u32,
-    /// Culet size from flat to opposite flat; 0 for a pointed one.
+    /// Culet size between opposite edges; 0 for a pointed culet.
     pub culet: f64,
 }
 
@@ -55,17 +54,15 @@ impl RoundBrilliant {
         between("crown", self.crown, 0.0, 90.0)?;
         between("pavilion", self.pavilion, 0.0, 90.0)?;
         between("lower_half", self.lower_half, 0.0, 1.0)?;
-        if !(0.0..=0.5).contains(&self.girdle) {
-            return Err(Error::value("girdle", self.girdle, "it must lie between 0 (a knife edge) and 0.5"));
-        }
+        girdle(self.girdle)?;
         if !self.girdle_facets.is_multiple_of(16) || !(16..=960).contains(&self.girdle_facets) {
             let expected = "it must be a multiple of 16 from 16 to 960";
             return Err(Error::value("girdle_facets", self.girdle_facets, expected));
         }
-        // The star's tip must lie below the table: farther out than the bezels' common edge is at the table's height.
+        // The tip of the star must lie below the table: further out than the common edge of the bezels at table height.
         let (_, cos) = sin_cos(22.5);
         between("star", self.star, (self.table / cos - self.table * cos) / (1.0 - self.table * cos), 1.0)?;
-        // The culet must lie within the mains, inside the tips of the lower girdle facets.
+        // The culet must lie inside the tips of the lower girdle facets.
         let most = (1.0 - self.lower_half) * cos;
         if !(0.0..most).contains(&self.culet) {
             let expected = format!("it must lie between 0 and {} for this lower_half", rounded(most));
@@ -98,12 +95,12 @@ impl RoundBrilliant {
         Ok(Cut { facets, title: vec!["round brilliant".to_owned()], gear: Some(GEAR), ..Cut::default() })
     }
 
-    fn pavilion(&self, facets: &mut Vec<crate::cut::CutFacet>) {
+    fn pavilion(&self, facets: &mut Vec<CutFacet>) {
         let rim = self.girdle / 2.0;
         let (cos_eighth, cos_sixteenth) = (sin_cos(22.5).1, sin_cos(11.25).1);
         let main = offset(self.pavilion, RADIUS, rim);
         tier(facets, "pavilion main", -self.pavilion, main, 0.0, 8);
-        // The tip lies on the edge of two mains; the lower girdle facet holds it and a sixteenth of the girdle's edge.
+        // The tip lies on the edge of two mains. The lower girdle facet contains it and a sixteenth of the girdle's edge.
         let tip = (1.0 - self.lower_half) * RADIUS;
         let tan = self.pavilion.to_radians().tan();
         let rise = (RADIUS - tip * cos_eighth) * tan;
@@ -115,14 +112,14 @@ impl RoundBrilliant {
         }
     }
 
-    fn crown(&self, facets: &mut Vec<crate::cut::CutFacet>) {
+    fn crown(&self, facets: &mut Vec<CutFacet>) {
         let rim = self.girdle / 2.0;
         let (cos_eighth, cos_sixteenth) = (sin_cos(22.5).1, sin_cos(11.25).1);
         let tan = self.crown.to_radians().tan();
         let table_corner = self.table * RADIUS;
         let table_edge = table_corner * cos_eighth;
         let table_height = rim + (RADIUS - table_corner) * tan;
-        // The star's tip lies on the edge of two bezels.
+        // The tip of the star lies on the edge of two bezels.
         let tip = table_edge + self.star * (RADIUS - table_edge);
         let rise = (RADIUS - tip * cos_eighth) * tan;
         let upper = rise.atan2(cos_sixteenth * (RADIUS - tip)).to_degrees();

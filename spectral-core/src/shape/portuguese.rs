@@ -2,22 +2,22 @@
 
 use serde::Deserialize;
 
-use super::{GEAR, angles, offset, sin_cos, tier};
+use super::{GEAR, angles, girdle, offset, sin_cos, tier};
 use crate::{Error, cut::Cut, cut::CutFacet};
 
 /// Half the girdle's diameter.
 const RADIUS: f64 = 0.5;
 
-/// The round Portuguese cut: rows of kites, each turned by half a facet against the one before and cut to the meet of
-/// the two rows before it; see [`crate::shape`] for units and frame.
+/// The round Portuguese cut: rows of kites, each turned by half a facet against the previous row and cut to the meets of the
+/// two previous rows; see [`crate::shape`] for units and frame.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Portuguese {
-    /// Facets in a row and round the girdle.
+    /// Facets in each row and in the girdle.
     pub facets: u32,
-    /// Angles of the crown's rows from the girdle to the table, each flatter than the one before.
+    /// Angles of the crown's rows from the girdle to the table, decreasing.
     pub crown: Vec<f64>,
-    /// Angles of the pavilion's rows from the girdle to the culet, each flatter than the one before.
+    /// Angles of the pavilion's rows from the girdle to the culet, decreasing.
     pub pavilion: Vec<f64>,
     /// Girdle thickness.
     pub girdle: f64,
@@ -39,9 +39,7 @@ impl Portuguese {
         if !self.facets.is_multiple_of(4) || !(8..=96).contains(&self.facets) {
             return Err(Error::value("facets", self.facets, "it must be a multiple of 4 from 8 to 96"));
         }
-        if !(0.0..=0.5).contains(&self.girdle) {
-            return Err(Error::value("girdle", self.girdle, "it must lie between 0 (a knife edge) and 0.5"));
-        }
+        girdle(self.girdle)?;
         angles("crown", &self.crown)?;
         angles("pavilion", &self.pavilion)
     }
@@ -69,8 +67,8 @@ impl Portuguese {
 
     /// The rows of the crown (`side` 1) or pavilion (−1); returns the height of the last row's meets.
     ///
-    /// The first row holds the girdle's edge and the second its corners. Each later one goes through the points where
-    /// two neighbours of the row before meet the facet of the row before that; between them stands its own azimuth.
+    /// The first row contains the edges of the girdle and the second its corners. Each later facet passes through the point
+    /// where two neighbours of the previous row meet the facet of the row before, at the azimuth between them.
     fn rows(&self, facets: &mut Vec<CutFacet>, part: &str, side: f64, angles: &[f64]) -> Result<f64, Error> {
         let half = 180.0 / f64::from(self.facets);
         let cos_half = sin_cos(half).1;
@@ -96,15 +94,15 @@ impl Portuguese {
             before = Some((angle, distance));
         }
         Ok(match angles.len() {
-            // A single row has no meets: the table takes half its width.
+            // A single row has no meets: the table has half its width.
             1 => rim + 0.5 * RADIUS * cos_half * angles[0].to_radians().tan(),
             _ => meet.1,
         })
     }
 }
 
-/// Distance from the axis and height where a facet (angle, offset) at its own azimuth crosses the edge of two facets of
-/// the next row, whose azimuths lie half a facet to each side.
+/// Distance from the axis and height of the point where a facet (angle, offset), at its own azimuth, meets the edge of two
+/// facets of the next row, which are half a facet to each side.
 fn crossing(own: (f64, f64), next: (f64, f64), cos_half: f64) -> (f64, f64) {
     let ((sin_a, cos_a), (sin_b, cos_b)) = (sin_cos(own.0), sin_cos(next.0));
     let determinant = sin_a * cos_b - cos_half * sin_b * cos_a;

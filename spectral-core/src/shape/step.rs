@@ -2,27 +2,27 @@
 
 use serde::Deserialize;
 
-use super::{GEAR, angles, between, offset, rounded};
+use super::{GEAR, angles, between, girdle, offset, rounded};
 use crate::{Error, cut::Cut, cut::CutFacet, mesh::Plane};
 
-/// The step or emerald cut: level rows of trapezoids round a rectangle; see [`crate::shape`] for units and frame.
+/// The step or emerald cut: level rows of trapezoids around a rectangle; see [`crate::shape`] for units and frame.
 ///
-/// The width lies along x, the length along y. All facets of a row have one angle and meet the rows above and below in
-/// level edges; the pavilion ends in a keel, or in a point where `length` is 1.
+/// The width is along x, the length along y. All facets of a row have the same angle and meet the rows above and below in
+/// level edges. The pavilion ends in a keel, or in a point if `length` is 1.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Step {
     /// Length over width, at least 1.
     pub length: f64,
-    /// What the corners lose of each side; 0 for square corners.
+    /// The length cropped from each side at a corner; 0 for square corners.
     pub corner: f64,
     /// Table width.
     pub table: f64,
-    /// Angles of the crown's rows from the girdle to the table, each flatter than the one before.
+    /// Angles of the crown's rows from the girdle to the table, decreasing.
     pub crown: Vec<f64>,
-    /// Angles of the pavilion's rows from the girdle to the keel, each flatter than the one before.
+    /// Angles of the pavilion's rows from the girdle to the keel, decreasing.
     pub pavilion: Vec<f64>,
-    /// Widths of the stone where one row of the crown gives way to the next; evenly spaced if not given.
+    /// Widths of the stone between the rows of the crown; evenly spaced by default.
     pub crown_levels: Option<Vec<f64>>,
     /// The same for the pavilion.
     pub pavilion_levels: Option<Vec<f64>>,
@@ -53,9 +53,7 @@ impl Step {
         if !(0.0..0.5).contains(&self.corner) {
             return Err(Error::value("corner", self.corner, "it must lie between 0 and 0.5 of the width"));
         }
-        if !(0.0..=0.5).contains(&self.girdle) {
-            return Err(Error::value("girdle", self.girdle, "it must lie between 0 (a knife edge) and 0.5"));
-        }
+        girdle(self.girdle)?;
         between("table", self.table, 0.0, 1.0)?;
         angles("crown", &self.crown)?;
         angles("pavilion", &self.pavilion)

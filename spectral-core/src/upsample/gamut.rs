@@ -1,18 +1,17 @@
-//! Colours that come in other spaces than sRGB.
+//! Colours of other spaces than sRGB.
 
 use crate::Warning;
 use crate::color::RgbSpace;
 use crate::color::matrix::{Matrix, apply};
 
-/// The share of max(r, g, b) by which a component may be negative from rounding alone.
+/// The share of max(r, g, b) by which rounding may make a component negative.
 const ROUNDING: f64 = 1e-6;
 
-/// Brings colours of any linear RGB space into sRGB's gamut, and keeps count.
+/// Converts colours of any linear RGB space to the gamut of sRGB, and counts those outside.
 ///
-/// The bases reproduce every colour that sRGB can write without negative components. Other spaces hold more:
-/// 1 % of Rec. 2020's cube and 6 % of ACEScg's are no light's colour at all. A colour outside is
-/// converted to linear sRGB and its negative components set to zero: it keeps its hue roughly and loses
-/// saturation. How many did, and how far, stands in [`warning`](Self::warning).
+/// The bases reproduce every colour with non-negative components in sRGB. Other spaces have more colours; 1 % of Rec.
+/// 2020's cube and 6 % of ACEScg's are the colour of no light at all. Negative components in linear sRGB are set to zero:
+/// the colour roughly keeps its hue and loses saturation. [`warning`](Self::warning) reports how many and by how much.
 ///
 /// ```
 /// use spectral_core::{color::RgbSpace, upsample::Gamut};
@@ -30,7 +29,7 @@ pub struct Gamut {
 }
 
 impl Gamut {
-    /// A converter from `space`, with nothing counted yet.
+    /// A converter from `space`.
     pub fn new(space: RgbSpace) -> Self {
         Gamut { matrix: space.to_linear_srgb(), seen: 0, clipped: 0, farthest: 0.0 }
     }
@@ -52,7 +51,7 @@ impl Gamut {
         srgb.map(|c| c.max(0.0))
     }
 
-    /// Adds the counts of another converter, as of another thread's part of an image.
+    /// Adds the counts of another converter, for instance of another thread.
     pub fn merge(&mut self, other: &Gamut) {
         self.seen += other.seen;
         self.clipped += other.clipped;
@@ -74,7 +73,7 @@ impl Gamut {
         self.farthest
     }
 
-    /// What was clipped, in a sentence; `None` if nothing was.
+    /// A sentence about the clipped colours; `None` if there are none.
     pub fn warning(&self) -> Option<Warning> {
         (self.clipped > 0).then(|| {
             let share = 100.0 * self.clipped as f64 / self.seen as f64;
@@ -105,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn colours_outside_are_clipped_counted_and_told() {
+    fn colours_outside_are_clipped_counted_and_reported() {
         let mut gamut = Gamut::new(RgbSpace::Srgb);
         assert_eq!(gamut.convert([1.0, -0.25, 0.0]), [1.0, 0.0, 0.0]);
         let mut other = Gamut::new(RgbSpace::Srgb);

@@ -1,21 +1,20 @@
 //! The iteration that makes a spectrum reproduce its RGB.
 //!
-//! Let A_c be the row of the linear-sRGB response for component c, cell width included, so that A_c·I is the
-//! component that a spectrum I shows. One step sets one component,
+//! Let A_c be the row of the linear-sRGB response for component c, cell width included: A_c·I is this component of the
+//! colour of a spectrum I. One step sets one component,
 //!
 //! > r₀ = A_c·I                                   (1)
 //! > I ← max(0, I + r̄_norm·(r − r₀)),             (2)
 //!
-//! and with **r̄_norm = A_c / Σ A_c²** — in terms of the response r̄ = A/Δλ: r̄ / (Δλ Σ r̄²) — it sets it exactly
-//! where the maximum does not bite: A_c·r̄_norm = 1. It is the orthogonal projection on the plane A_c·I = r
-//! (Kaczmarz 1937). A sweep does r, g and b in turn. The rows are nearly orthogonal, so that one sweep leaves
-//! about 0.03 of the error while the spectrum is positive; where it touches zero, the sweeps become cyclic
-//! projections on three planes and the positive orthant, which converge if and only if they have a point in
-//! common: if the colour lies in the cone of the response's columns (Bregman 1965). All of sRGB does, on any
-//! reasonable grid.
+//! with **r̄_norm = A_c / Σ A_c²** (in terms of the response r̄ = A/Δλ: r̄ / (Δλ Σ r̄²)). Since A_c·r̄_norm = 1, the component is
+//! exact unless the maximum applies. The step is the orthogonal projection onto the plane A_c·I = r (Kaczmarz 1937). A
+//! sweep treats r, g and b in turn. The rows are nearly orthogonal, so one sweep leaves about 0.03 of the error while the
+//! spectrum is positive. Where it reaches zero, the sweeps are cyclic projections onto three planes and the positive
+//! orthant. They converge if and only if these have a common point, that is, if the colour lies in the cone of the columns
+//! of the response (Bregman 1965). On any reasonable grid all of sRGB does.
 //!
-//! The map is homogeneous: twice the colour takes the same sweeps to twice the spectrum. So the error is
-//! measured relative to max(r, g, b), and bright texels cost nothing extra.
+//! The map is homogeneous: twice the colour takes the same sweeps and gives twice the spectrum. So the error is relative to
+//! max(r, g, b), and bright texels cost no more.
 
 use super::smits;
 use crate::Error;
@@ -23,7 +22,7 @@ use crate::cie::Illuminant;
 use crate::color::Response;
 use crate::wavelength::WavelengthGrid;
 
-/// The largest component taken: far beyond any light, and small enough that no sum overflows.
+/// The largest component accepted: far above any light, and small enough that no sum overflows.
 const MAX_COMPONENT: f64 = 1e100;
 
 /// When the iteration stops.
@@ -36,35 +35,35 @@ pub struct Stop {
 }
 
 impl Default for Stop {
-    /// 0.4 %, which no colour of sRGB needs more than a few sweeps for, and a generous limit.
+    /// 0.4 %, which every colour of sRGB reaches in a few sweeps, and a generous limit.
     fn default() -> Self {
         Stop { tolerance: 4e-3, max_sweeps: 10_000 }
     }
 }
 
-/// A spectrum and how well it reproduces its colour.
+/// A spectrum and the error of its colour.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Refinement {
     /// Non-negative spectral radiance at the grid's wavelengths.
     pub spectrum: Vec<f64>,
-    /// The sweeps made; 0 if the start was good enough.
+    /// The number of sweeps; 0 if the start was good enough.
     pub sweeps: u32,
     /// The summed error Σ|δ_c| relative to max(r, g, b).
     pub residual: f64,
-    /// Whether the residual came down to the tolerance.
+    /// Whether the residual is within the tolerance.
     pub converged: bool,
 }
 
-/// Moves `start` until it shows the linear-sRGB colour `rgb`; the module's equations (1) and (2).
+/// Changes `start` until it has the linear-sRGB colour `rgb`, by equations (1) and (2) of the module.
 ///
-/// `rows` are the three rows of the response, cell width included ([`Response::rows`]); `start` is a
-/// non-negative spectrum on the same grid. The error is tested before each sweep. Black is answered by the
-/// zero spectrum, whatever the start. A negative component is pursued like any other: it converges if some
-/// light shows that colour on this grid. Where it does not converge the best effort is returned, flagged.
+/// `rows` are the three rows of the response, cell width included ([`Response::rows`]); `start` is a non-negative spectrum
+/// on the same grid. The error is tested before each sweep. Black gives the zero spectrum, whatever the start. A negative
+/// component is treated like any other: it converges if some light has that colour on this grid. Without convergence the
+/// last spectrum is returned, with `converged` false.
 ///
 /// # Errors
-/// [`Error::Value`] for lengths that differ, a colour that is not finite, above 1e100 or without a positive
-/// component (no light shows it), a start that is negative or not finite, or a negative tolerance.
+/// [`Error::Value`] for lengths that differ, a colour that is not finite, above 1e100 or without a positive component, a
+/// start that is negative or not finite, or a negative tolerance.
 pub fn refine(rows: [&[f64]; 3], start: &[f64], rgb: [f64; 3], stop: Stop) -> Result<Refinement, Error> {
     check(rows, start, rgb, stop)?;
     let brightest = rgb.into_iter().fold(f64::NEG_INFINITY, f64::max);
@@ -81,7 +80,7 @@ pub fn refine(rows: [&[f64]; 3], start: &[f64], rgb: [f64; 3], stop: Stop) -> Re
     let mut sweeps = 0;
     let mut cycle = Cycle::default();
     loop {
-        // Whole periods change nothing; only what is left over of the sweeps is still to be made.
+        // Whole periods change nothing, so only the remainder of the sweeps is left.
         if let Some(period) = cycle.period(sweeps, &spectrum) {
             sweeps = stop.max_sweeps - (stop.max_sweeps - sweeps) % period;
         }
@@ -101,9 +100,7 @@ pub fn refine(rows: [&[f64]; 3], start: &[f64], rgb: [f64; 3], stop: Stop) -> Re
     }
 }
 
-/// [`refine`] from the classical start: Smits's bases, weighted by his rule, in the light of D65.
-///
-/// The negative components of a colour do not enter the start.
+/// [`refine`] from Smits's bases, weighted by his rule, in the light of D65. The start ignores negative components.
 ///
 /// ```
 /// use spectral_core::{color::Response, upsample::{Stop, refine_smits}, wavelength::WavelengthGrid};
@@ -131,11 +128,11 @@ pub fn refine_smits(
     refine(response.rows(), &start, rgb, stop)
 }
 
-/// Notices that sweeps have begun to repeat themselves bit for bit, as they do where no light shows the colour
-/// and where the last bits are all that is left of the error.
+/// Detects sweeps that repeat bit for bit. This happens if no light has the colour, or if only the last bits of the error
+/// are left.
 ///
-/// Brent's method (BIT 20, 1980): the spectrum is kept at sweeps 1, 2, 4, … and every later one compared with it,
-/// so that a cycle of any length is found within three times the sweeps that lead to it and around it.
+/// Brent's method (BIT 20, 1980): the spectrum is kept at sweeps 1, 2, 4, … and compared with every later one. So a cycle of
+/// any length is found within three times the sweeps up to its end.
 #[derive(Default)]
 struct Cycle {
     kept: Vec<f64>,
@@ -143,7 +140,7 @@ struct Cycle {
 }
 
 impl Cycle {
-    /// The sweeps after which `spectrum`, which has seen `sweeps` of them, comes back.
+    /// The period, if `spectrum` after `sweeps` sweeps repeats the kept one.
     fn period(&mut self, sweeps: u32, spectrum: &[f64]) -> Option<u32> {
         if sweeps > self.at && self.kept == spectrum {
             return Some(sweeps - self.at);
@@ -181,7 +178,7 @@ fn check_color(rgb: [f64; 3]) -> Result<(), Error> {
         return refuse("the components must be finite numbers up to 1e100");
     }
     if rgb.iter().all(|c| *c <= 0.0) && rgb.iter().any(|c| *c != 0.0) {
-        return refuse("no light shows it: at least one component must be positive");
+        return refuse("no light has this colour: at least one component must be positive");
     }
     Ok(())
 }
@@ -198,8 +195,8 @@ mod tests {
 
     #[test]
     fn one_step_sets_its_component_exactly() {
-        // A flat start far from the zero bound: after one sweep blue, the last, is exact. With unit-area rows
-        // or without Δλ in the norm it would be off by a factor of 2 to 5.
+        // A flat start far from zero: after one sweep blue, the last component, is exact. With unit-area rows or without Δλ
+        // in the norm it would be off by a factor of 2 to 5.
         let (grid, response) = sensor();
         let start = vec![1.0; grid.len()];
         let stop = Stop { tolerance: 0.0, max_sweeps: 1 };
@@ -207,7 +204,7 @@ mod tests {
         let once = refine(response.rows(), &start, rgb, stop).unwrap();
         let shown = response.to_linear_srgb(&once.spectrum);
         assert!((shown[2] - rgb[2]).abs() < 1e-14, "{shown:?}");
-        // And a second sweep leaves about 0.03 of what the first left.
+        // A second sweep leaves about 0.03 of the error.
         let twice = refine(response.rows(), &once.spectrum, rgb, stop).unwrap();
         assert!(twice.residual < 0.1 * once.residual, "{} {}", once.residual, twice.residual);
     }
@@ -236,7 +233,7 @@ mod tests {
     }
 
     #[test]
-    fn real_colours_outside_srgb_converge_and_unreal_ones_say_so() {
+    fn real_colours_outside_srgb_converge_and_imaginary_ones_do_not() {
         let (grid, response) = sensor();
         let stop = Stop { tolerance: 1e-6, max_sweeps: 5000 };
         assert!(refine_smits(&grid, &response, [-0.1, 1.0, 1.0], stop).unwrap().converged);
@@ -244,9 +241,8 @@ mod tests {
     }
 
     #[test]
-    fn sweeps_that_repeat_are_left_out_and_change_nothing() {
-        // Too few wavelengths for these colours, some of which cannot be shown. One sweep a call, so that no
-        // call has anything to compare with.
+    fn skipping_repeated_sweeps_changes_nothing() {
+        // Too few wavelengths for these colours. With one sweep a call, no call can detect a cycle.
         for (count, color) in [(1, 4), (2, 5), (3, 1), (4, 5), (6, 6)] {
             let grid = WavelengthGrid::midpoints([380.0, 740.0], count).unwrap();
             let response = Response::new(&grid).unwrap();
@@ -269,7 +265,7 @@ mod tests {
         let message = |rgb| refine_smits(&grid, &response, rgb, Stop::default()).unwrap_err().to_string();
         assert!(message([f64::NAN, 0.0, 0.0]).contains("colour: [NaN, 0.0, 0.0]"));
         assert!(message([f64::INFINITY, 0.0, 0.0]).contains("finite numbers up to 1e100"));
-        assert!(message([-1.0, 0.0, 0.0]).contains("no light shows it"));
+        assert!(message([-1.0, 0.0, 0.0]).contains("no light has this colour"));
         let start = vec![1.0; grid.len()];
         let refused = |start: &[f64], tolerance| {
             let stop = Stop { tolerance, ..Stop::default() };

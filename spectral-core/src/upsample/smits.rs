@@ -1,13 +1,12 @@
-//! Smits's seven spectra and his rule for mixing them.
+//! Smits's seven spectra and his rule for combining them.
 //!
-//! Smits, "An RGB to spectrum conversion for reflectances", Journal of Graphics Tools 4 (1999). His ten
-//! numbers a base stand for ten boxes of 34 nm from 380 to 720 nm, each constant over its width. (Taken as
-//! points joined by lines they give a round trip that is 9 % off.)
+//! Smits, "An RGB to spectrum conversion for reflectances", Journal of Graphics Tools 4 (1999). The ten numbers of a base
+//! are constant over boxes of 34 nm from 380 to 720 nm. (With linear interpolation the round trip is off by 9 %.)
 
 /// The number of bases.
 pub const COUNT: usize = 7;
 
-/// The linear-sRGB colour that each base stands for: white, cyan, magenta, yellow, red, green, blue.
+/// The linear-sRGB colour of each base: white, cyan, magenta, yellow, red, green, blue.
 pub const COLORS: [[f64; 3]; COUNT] = [
     [1.0, 1.0, 1.0],
     [0.0, 1.0, 1.0],
@@ -34,7 +33,7 @@ const BOXES: [[f64; 10]; COUNT] = [
     [1.0000, 1.0000, 0.8916, 0.3323, 0.0000, 0.0000, 0.0003, 0.0369, 0.0483, 0.0496],
 ];
 
-/// All seven bases at a wavelength in nm, as reflectances; beyond 380–720 nm the end boxes go on.
+/// All seven bases at a wavelength in nm, as reflectances; the end boxes extend beyond 380–720 nm.
 ///
 /// ```
 /// use spectral_core::upsample::smits::boxes;
@@ -49,9 +48,9 @@ pub fn boxes(nm: f64) -> [f64; COUNT] {
 
 /// A colour as a sum of at most three bases.
 ///
-/// With min ≤ mid ≤ max the sorted components, Smits writes a colour as min of white, (mid − min) of the
-/// secondary that both larger components share, and (max − mid) of the largest component's primary. The sum of
-/// [`COLORS`] so weighted *is* the colour, and for non-negative colours no weight is negative.
+/// With the sorted components min ≤ mid ≤ max, a colour is min of white, (mid − min) of the secondary that contains both
+/// larger components, and (max − mid) of the primary of the largest. The sum of [`COLORS`] with these weights is exactly
+/// the colour, and for non-negative colours no weight is negative.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Weights {
     /// The bases: indices into [`COLORS`], always white, a secondary (1–3) and a primary (4–6).
@@ -89,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn every_order_of_components_is_written_exactly() {
+    fn every_order_of_components_is_exact() {
         let levels = [0.0, 0.25, 0.5, 1.0, 1e6];
         for r in levels {
             for g in levels {
@@ -105,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn boxes_are_closed_below_and_go_on_beyond_the_ends() {
+    fn boxes_include_their_lower_edges_and_extend_beyond_the_ends() {
         assert_eq!(boxes(200.0), boxes(380.0));
         assert_eq!(boxes(2000.0), boxes(719.9));
         assert_eq!(boxes(686.0)[6], 0.0496);
@@ -114,7 +113,7 @@ mod tests {
     }
 
     #[test]
-    fn odd_colours_do_not_panic() {
+    fn invalid_colours_do_not_panic() {
         Weights::new([f64::NAN, 1.0, -2.0]);
         Weights::new([f64::INFINITY, f64::NAN, f64::NAN]);
     }

@@ -1,8 +1,8 @@
 //! The same renderer over obvhs's CWBVH, one ray and one wavelength at a time: the same scene tables, Fresnel and
 //! Stokes formulas, depth, threshold and environment as gemtrace, in single precision.
 //!
-//! obvhs's triangle test is Möller and Trumbore's. Rays skip the facet they start on, so that no minimum distance
-//! is needed; the few that slip through an edge are counted.
+//! obvhs's triangle test is that of Möller and Trumbore. Rays skip the facet they start on, so no minimum distance is needed;
+//! the few that leak through an edge are counted.
 
 use crate::{
     Failure,
@@ -25,40 +25,40 @@ use std::{collections::BTreeSet, time::Duration};
 /// A stone behind a CWBVH.
 pub struct Stone {
     bvh: CwBvh,
-    /// In the order in which the hierarchy meets them.
+    /// In the order of the hierarchy.
     triangles: Vec<Triangle>,
     facets: Vec<u32>,
     /// By facet.
     pub normals: Vec<Vec3A>,
-    /// By facet: the facets that it shares an edge with.
+    /// By facet: the number of facets with which it shares an edge.
     sides: Vec<usize>,
 }
 
-/// What happened to the rays of a picture.
+/// Counts of the rays of a picture.
 #[derive(Default)]
 pub struct Count {
-    /// Rays that met the surface from inside.
+    /// Hits from inside.
     pub events: u64,
-    /// Those of them of which something left.
+    /// Hits with transmitted light.
     pub leaving: u64,
-    /// Edges of the facets met.
+    /// Sides of the facets hit.
     pub sides: u64,
-    /// Rays that slipped through.
+    /// Rays that leaked through an edge.
     pub lost: u64,
 }
 
 /// One wavelength in single precision.
-pub struct Line {
+pub struct Wavelength {
     pub n: f32,
     basis: [f32; 7],
     luminance: f64,
 }
 
-impl Line {
-    /// All of a scene's.
-    pub fn all(scene: &PreparedScene) -> Vec<Line> {
+impl Wavelength {
+    /// Those of a scene.
+    pub fn all(scene: &PreparedScene) -> Vec<Wavelength> {
         let table = scene.table(0);
-        let line = |i: usize| Line {
+        let line = |i: usize| Wavelength {
             n: table.media[0][i].n as f32,
             basis: table.basis[i].map(|b| b as f32),
             luminance: table.response[i][1],
@@ -72,13 +72,9 @@ impl Stone {
     pub fn new(scene: &PreparedScene) -> Self {
         let geometry = &scene.geometry;
         let corner = |i: u32| geometry.positions[i as usize].as_vec3a();
-        let triangles: Vec<Triangle> = geometry
-            .triangles
-            .iter()
-            .map(|t| t.map(corner))
-            .map(|[v0, v1, v2]| Triangle { v0, v1, v2 })
-            .collect();
-        // The slowest of its builds is the quickest to trace here.
+        let corners = geometry.triangles.iter().map(|t| t.map(corner));
+        let triangles: Vec<Triangle> = corners.map(|[v0, v1, v2]| Triangle { v0, v1, v2 }).collect();
+        // The slowest build gives the fastest tree here.
         let best = BvhBuildParams::very_slow_build();
         let bvh = build_cwbvh_from_tris(&triangles, best, &mut Duration::default());
         let order = || bvh.primitive_indices.iter().map(|&i| i as usize);
@@ -113,7 +109,7 @@ pub fn render(mode: &str) -> Result<Value, Failure> {
 fn picture<P: Throughput>(scene: &PreparedScene) -> Result<Value, Failure> {
     let stone = Stone::new(scene);
     let light = Light::new(scene).ok_or("the scene is lit by an image")?;
-    let lines = Line::all(scene);
+    let lines = Wavelength::all(scene);
     let mut paths = Paths { stone: &stone, light: &light, scene, count: Count::default() };
     let (mut sum, mut covered) = (0.0, 0);
     let time = ProcessTime::now();
@@ -148,11 +144,11 @@ struct Paths<'a> {
 }
 
 impl Paths<'_> {
-    fn radiance<P: Throughput>(&mut self, point: Vec3A, eye: Vec3A, facet: u32, line: &Line) -> f32 {
+    fn radiance<P: Throughput>(&mut self, point: Vec3A, eye: Vec3A, facet: u32, line: &Wavelength) -> f32 {
         let normal = self.stone.normals[facet as usize];
         let cosine = -normal.dot(eye);
         let event = dielectric(cosine, 1.0 / line.n);
-        let [outer, inner] = P::eye(eye.into()).split(eye.into(), normal.into(), &event);
+        let [outer, inner] = P::eye(eye.into()).children(eye.into(), normal.into(), &event);
         let mirrored = expand(&line.basis, self.light.rgb(reflected(eye, normal))) * outer.intensity();
         let direction = refracted(eye, normal, cosine, event.cos_t, 1.0 / line.n);
         mirrored + self.inside(point, direction, facet, inner, line)
@@ -164,7 +160,7 @@ impl Paths<'_> {
         mut direction: Vec3A,
         mut facet: u32,
         mut throughput: P,
-        line: &Line,
+        line: &Wavelength,
     ) -> f32 {
         let settings = &self.scene.settings;
         let (threshold, depth) = (settings.threshold as f32, settings.max_depth);
@@ -183,7 +179,7 @@ impl Paths<'_> {
             let normal = self.stone.normals[facet as usize];
             let cosine = normal.dot(direction);
             let at = dielectric(cosine, line.n);
-            let [inner, mut outer] = throughput.split(direction.into(), normal.into(), &at);
+            let [inner, mut outer] = throughput.children(direction.into(), normal.into(), &at);
             let mut out = direction;
             if event == depth {
                 outer = throughput;
@@ -213,13 +209,13 @@ pub fn reflected(direction: Vec3A, normal: Vec3A) -> Vec3A {
     renormalized(direction - normal * (2.0 * direction.dot(normal)))
 }
 
-/// Refracted; the normal points to where the ray comes from.
+/// Refracted; the normal is on the side of the incident ray.
 #[inline]
 pub fn refracted(direction: Vec3A, normal: Vec3A, cos_i: f32, cos_t: f32, eta: f32) -> Vec3A {
     renormalized(direction * eta + normal * (eta * cos_i - cos_t))
 }
 
-/// For each facet, how many others share an edge with it.
+/// For each facet, the number of others that share an edge with it.
 fn sides(scene: &PreparedScene) -> Vec<usize> {
     let geometry = &scene.geometry;
     let mut around = vec![BTreeSet::new(); geometry.facets.len()];

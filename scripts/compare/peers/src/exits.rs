@@ -14,13 +14,13 @@ use cpu_time::ProcessTime;
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Packets that are traced so many times before the next ones: a render has its packets in the second cache, and
-/// reading them from memory would take longer than intersecting them. The peer does the same.
+/// Packets that are traced repeatedly before the next ones. In a render, packets are in the second cache; reading them from
+/// memory would take longer than intersecting them. The peer does the same.
 const TOGETHER: usize = 512;
 const REPEATS: usize = 20;
 
-/// Traces the rays of `heap.rays` as a render does: a ray inside a stone knows in which, so each group of packets meets
-/// the planes of its own stone, which lie in memory of their own.
+/// Traces the rays of `heap.rays` as in a render: a ray knows which stone it is in, so each group of packets is tested
+/// against the planes of its stone, each in its own memory.
 pub fn heap(instructions: Instructions) -> Result<Value, Failure> {
     let scene = scene::prepared(Studio::Coloured, &scene::shallow("scalar")?)?;
     let exits = Exits::new(&scene, instructions).ok_or("the scene is one convex stone")?;

@@ -1,7 +1,6 @@
 //! indicatrix's spectral path tracer on the same stone, light and camera.
 //!
-//! Its world has y up. Exchanging y and z mirrors the scene; light, stone and camera being mirrored together, the
-//! picture is the same.
+//! Its y axis is up. Exchanging y and z mirrors light, stone and camera together, so the picture is the same.
 
 use crate::{
     Failure,
@@ -21,7 +20,7 @@ use indicatrix::{
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// As far as gemtrace follows its rays; roulette ends paths sooner.
+/// The depth limit of gemtrace; Russian roulette ends paths sooner.
 const BOUNCES: u32 = 64;
 
 /// A picture of `samples` samples a pixel from sample `first` on: the mean of X, Y and Z as floats.
@@ -59,7 +58,7 @@ fn camera(middle: DVec3) -> Camera {
     let right = forward.cross(view.up).normalize();
     let up = right.cross(forward);
     let tangent = (scene::FOV.to_radians() / 2.0).tan();
-    // Its pixels are centred on whole numbers: half a pixel to the right and down.
+    // Its pixel centres are integers: half a pixel to the right and down.
     let aimed = forward + (right - up) * (tangent / f64::from(scene::SIZE));
     Camera {
         origin: swapped(view.position - middle),

@@ -1,4 +1,4 @@
-//! The environment for one direction and one wavelength at a time, through the C library's functions.
+//! The environment for one direction and one wavelength at a time, with the functions of the C library.
 
 use glam::Vec3A;
 use spectral_core::{

@@ -1,5 +1,5 @@
-//! One measurement a call, its result one line of JSON: `peers WHAT [ARGUMENT…]`, see [`run`]. Times are CPU
-//! seconds of this process without its preparations, so that a busy machine disturbs them little.
+//! One measurement for each call, with one line of JSON as the result: `peers WHAT [ARGUMENT…]`, see [`run`]. Times are CPU
+//! seconds of this process without preparations, so the load of the machine has little effect.
 
 mod baseline;
 mod exits;

@@ -1,11 +1,12 @@
-//! Large meshes: gemtrace's own hierarchy, built and traced.
+//! Large meshes: building and tracing gemtrace's hierarchy.
 
 use crate::{
     Failure, record,
     scene::{self, Studio},
-    store::{self, Packet, Triangles, WIDTH},
+    store::{self, Packet, WIDTH},
 };
-use accel::{BuildOptions, Bvh, Ray, testing};
+use accel::testing::{self, Mesh};
+use accel::{BuildOptions, Bvh, Ray};
 use cpu_time::ProcessTime;
 use glam::Vec3;
 use serde_json::{Value, json};
@@ -14,17 +15,16 @@ use std::path::Path;
 
 /// Packets of incoherent rays.
 const RANDOM: usize = 1 << 15;
-/// Stones along each edge of the heap; a brilliant of some 250 triangles makes a million of them.
+/// Stones along each edge of the heap; with about 250 triangles each, the heap has a million.
 const EDGE: usize = 16;
 /// Stones of the heap.
 pub const STONES: usize = EDGE.pow(3);
-/// Packets of internal rays in one stone before the next stone's turn.
+/// Packets of internal rays in one stone before the next one.
 pub const STAY: usize = 32;
 
 /// Writes a torus and a heap of brilliants of a million triangles each, with rays for them.
 pub fn write(folder: &Path) -> Result<Value, Failure> {
     let torus = testing::torus(0.4, 1000, 500);
-    let torus = Triangles { positions: torus.positions, triangles: torus.triangles };
     store::write_mesh(&folder.join("torus.mesh"), &torus)?;
     store::write_packets(&folder.join("torus.rays"), &incoherent())?;
     let scene = scene::prepared(Studio::Coloured, &scene::shallow("scalar")?)?;
@@ -50,12 +50,12 @@ pub fn internal(scene: &PreparedScene) -> Vec<Packet> {
     packets
 }
 
-/// The stone of a group of packets: a step that shares no factor with their number visits them all in no order.
+/// The stone of a group of packets: the step is coprime to their number, so all stones are visited, out of order.
 pub fn stone(group: usize) -> usize {
     group * 2_654_435_761 % STONES
 }
 
-/// Rays from anywhere about the torus to anywhere.
+/// Random rays around the torus.
 fn incoherent() -> Vec<Packet> {
     let mut random = testing::Random(7);
     let packet = |_| {
@@ -68,9 +68,9 @@ fn incoherent() -> Vec<Packet> {
     (0..RANDOM).map(packet).collect()
 }
 
-fn heap(stone: &Triangles) -> (Triangles, Vec<Vec3>) {
+fn heap(stone: &Mesh) -> (Mesh, Vec<Vec3>) {
     let step = 7.0;
-    let mut heap = Triangles { positions: Vec::new(), triangles: Vec::new() };
+    let mut heap = Mesh::default();
     let mut middles = Vec::new();
     for number in 0..STONES {
         let cell = [number % EDGE, number / EDGE % EDGE, number / EDGE / EDGE];
@@ -93,11 +93,11 @@ pub fn build(mesh: &Path) -> Result<Value, Failure> {
     Ok(json!({ "cpu": cpu, "references": references }))
 }
 
-/// Traces rays, one at a time. Rays begin a little way on, as peers' must.
+/// Traces rays, one at a time. Rays start at a small distance, like those of the peers.
 pub fn trace(mesh: &Path, rays: &Path) -> Result<Value, Failure> {
     const NEAR: f32 = 1e-4;
     let mesh = store::read_mesh(mesh)?;
-    let bvh = Bvh::build(&mesh.positions, &mesh.triangles, &BuildOptions::default())?;
+    let bvh = mesh.bvh();
     let packets = store::read_packets(rays)?;
     let (mut rays, mut hits, mut sum) = (0, 0, 0.0);
     let time = ProcessTime::now();

@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use spectral_core::{film::Film, prepare::PreparedScene, settings::RenderSettings, tracer::OpenOptions};
 use std::{ops::ControlFlow, path::Path, sync::Arc, time::Instant};
 
-/// Pictures of one measurement: a single one is over too soon to be timed well.
+/// Pictures of one measurement, since a single one is too short to be timed accurately.
 const REPEATS: u32 = 8;
 
 struct Rendered {
@@ -20,7 +20,7 @@ struct Rendered {
     wall: f64,
 }
 
-/// Renders on the processor; tables and planes are made before the clock starts.
+/// Renders on the processor; the time does not include tables and planes.
 fn rendered(
     scene: &Arc<PreparedScene>,
     instructions: Instructions,
@@ -35,7 +35,7 @@ fn rendered(
     Ok(Rendered { film, cpu: cpu.elapsed().as_secs_f64(), wall: wall.elapsed().as_secs_f64() })
 }
 
-/// The picture of the first line, several times: seconds a picture.
+/// The picture of the first line of the table, several times: seconds a picture.
 pub fn render(instructions: Instructions, mode: &str, threads: usize) -> Result<Value, Failure> {
     let scene = scene::prepared(Studio::Coloured, &scene::shallow(mode)?)?;
     let (mut cpu, mut wall, mut mean) = (0.0, 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! What the core's multipliers can do: fused multiply-adds on registers, as many chains as hide their latency.
+//! The peak of the core: fused multiply-adds on registers, with enough chains to hide their latency.
 
 use crate::Failure;
 use cpu_time::ProcessTime;
@@ -27,11 +27,11 @@ pub fn measure() -> Result<Value, Failure> {
     Err("peak rates are measured with AVX2 or AVX-512".into())
 }
 
-/// Bytes a second that the core reads, by where they lie: a block that fits the second cache, and one that fits none.
+/// The read bandwidth of the core in bytes a second: for a block that fits the second cache, and for one that fits none.
 pub fn bandwidth() -> Value {
     let rate = |bytes: usize, passes: usize| {
         let block = vec![1.0f32; bytes / size_of::<f32>()];
-        // As many sums as hide the latency of an addition.
+        // Enough sums to hide the latency of an addition.
         let pass = || {
             let mut sums = [0.0f32; 64];
             for row in block.chunks_exact(sums.len()) {
@@ -49,7 +49,7 @@ pub fn bandwidth() -> Value {
     json!({ "second cache": rate(512 << 10, 4000), "memory": rate(1 << 30, 2) })
 }
 
-/// The rate of a task that makes `numbers` of them a step.
+/// The rate of a task with `numbers` operations a step.
 #[cfg(target_arch = "x86_64")]
 fn rate(numbers: usize, task: impl Fn() -> f32) -> f64 {
     let time = ProcessTime::now();
@@ -78,7 +78,7 @@ fn avx512() -> f32 {
 fn avx2() -> f32 {
     use std::arch::x86_64::{_mm256_cvtss_f32, _mm256_fmadd_ps, _mm256_set1_ps};
     let (factor, term) = (_mm256_set1_ps(black_box(0.999)), _mm256_set1_ps(black_box(0.001)));
-    // There are sixteen registers, two of which hold the factor and the term.
+    // There are sixteen registers, two of them for the factor and the term.
     let mut chains = [_mm256_set1_ps(black_box(0.5)); 12];
     for _ in 0..STEPS {
         for chain in &mut chains {

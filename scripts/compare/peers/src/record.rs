@@ -1,22 +1,23 @@
-//! The internal rays of the first line's picture, as packets of wavelengths in the order in which a renderer of
-//! packets asks for them: a group of pixels makes each reflection together.
+//! The internal rays of the picture of the first line of the table, as packets of wavelengths in the order of a packet
+//! renderer: a group of pixels makes each reflection together.
 
 use crate::{
     Failure,
-    baseline::{Line, Stone, reflected, refracted},
+    baseline::{Stone, Wavelength, reflected, refracted},
     scene::{self, Studio},
-    store::{self, Packet, Triangles, WIDTH},
+    store::{self, Packet, WIDTH},
 };
+use accel::testing::Mesh;
 use glam::Vec3A;
 use serde_json::{Value, json};
 use spectral_core::{fresnel::dielectric, prepare::PreparedScene};
 use std::path::Path;
 
-/// Pixels that go together.
+/// Pixels in a group.
 const GROUP: usize = 16;
 /// Edge of a tile, pixels.
 const TILE: u32 = 16;
-/// Every so many tiles one is recorded.
+/// One tile of this many is recorded.
 const EVERY: usize = 4;
 
 /// A ray inside the stone.
@@ -24,7 +25,7 @@ struct Inside {
     origin: Vec3A,
     direction: Vec3A,
     facet: u32,
-    /// Unpolarised: which rays are worth following hardly depends on it.
+    /// Unpolarised: polarisation hardly affects which rays are followed.
     throughput: f32,
 }
 
@@ -39,8 +40,8 @@ pub fn write(folder: &Path) -> Result<Value, Failure> {
 }
 
 /// The stone's triangles.
-pub fn mesh(scene: &PreparedScene) -> Triangles {
-    Triangles {
+pub fn mesh(scene: &PreparedScene) -> Mesh {
+    Mesh {
         positions: scene.geometry.positions.iter().map(|p| p.as_vec3()).collect(),
         triangles: scene.geometry.triangles.clone(),
     }
@@ -48,7 +49,7 @@ pub fn mesh(scene: &PreparedScene) -> Triangles {
 
 /// All packets.
 pub fn packets(scene: &PreparedScene) -> Vec<Packet> {
-    let (stone, lines) = (Stone::new(scene), Line::all(scene));
+    let (stone, lines) = (Stone::new(scene), Wavelength::all(scene));
     let mut packets = Vec::new();
     let tiles = (0..scene.height)
         .step_by(TILE as usize)
@@ -89,7 +90,7 @@ fn packet(rays: &[Option<Inside>]) -> Packet {
 fn entering(
     scene: &PreparedScene,
     stone: &Stone,
-    lines: &[Line],
+    lines: &[Wavelength],
     x: u32,
     y: u32,
 ) -> Option<Vec<Option<Inside>>> {
@@ -99,7 +100,7 @@ fn entering(
     let origin = (ray.origin + ray.direction * f64::from(distance)).as_vec3a();
     let normal = stone.normals[facet as usize];
     let cosine = -normal.dot(direction);
-    let inside = |line: &Line| {
+    let inside = |line: &Wavelength| {
         let event = dielectric(cosine, 1.0 / line.n);
         let direction = refracted(direction, normal, cosine, event.cos_t, 1.0 / line.n);
         Some(Inside { origin, direction, facet, throughput: event.transmittance() })
@@ -108,7 +109,7 @@ fn entering(
 }
 
 /// One reflection of all rays.
-fn step(scene: &PreparedScene, stone: &Stone, lines: &[Line], packets: &mut [Vec<Option<Inside>>]) {
+fn step(scene: &PreparedScene, stone: &Stone, lines: &[Wavelength], packets: &mut [Vec<Option<Inside>>]) {
     let blocks = lines.len() / WIDTH;
     for (number, rays) in packets.iter_mut().enumerate() {
         for (lane, slot) in rays.iter_mut().enumerate() {

@@ -1,4 +1,4 @@
-//! The scene that all renderers are given: a round brilliant of diamond, 6.5 mm wide, in the built-in studio.
+//! The scene of all renderers: a diamond brilliant, 6.5 mm wide, in the built-in studio.
 
 use crate::Failure;
 use backend_cpu::Instructions;
@@ -20,7 +20,7 @@ pub const SIZE: u32 = 256;
 /// Angle across the picture, degrees.
 pub const FOV: f64 = 14.0;
 
-/// The studio as it is, or without its slight colours: then one monochrome map serves every wavelength.
+/// The studio, or a grey version of it: then one monochrome map is enough for every wavelength.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Studio {
     Coloured,
@@ -65,13 +65,18 @@ pub fn prepared(kind: Studio, settings: &RenderSettings) -> Result<Arc<PreparedS
 
 /// 32 wavelengths at each pixel's centre, at most 16 events.
 pub fn shallow(mode: &str) -> Result<RenderSettings, Failure> {
-    Ok(RenderSettings { samples: 1, max_depth: 16, polarized: polarized(mode)?, ..Default::default() })
+    let all = RenderSettings {
+        wavelengths: WavelengthGrid::default(),
+        ..RenderSettings::default().with_samples(1)
+    };
+    Ok(RenderSettings { max_depth: 16, polarized: polarized(mode)?, ..all })
 }
 
 /// Followed to the end.
 pub fn deep(mode: &str, samples: u32, wavelengths: usize) -> Result<RenderSettings, Failure> {
     let wavelengths = WavelengthGrid::midpoints(WavelengthGrid::default().range(), wavelengths)?;
-    Ok(RenderSettings { samples, wavelengths, polarized: polarized(mode)?, ..Default::default() })
+    let polarized = polarized(mode)?;
+    Ok(RenderSettings { wavelengths, polarized, ..RenderSettings::default().with_samples(samples) })
 }
 
 fn polarized(mode: &str) -> Result<bool, Failure> {

@@ -1,6 +1,7 @@
 //! Files between the programs: little-endian floats, ray packets and meshes.
 
 use crate::Failure;
+use accel::testing::Mesh;
 use glam::Vec3;
 use spectral_core::prepare::PreparedScene;
 use std::{fmt::Write as _, fs, path::Path};
@@ -8,7 +9,7 @@ use std::{fmt::Write as _, fs, path::Path};
 /// Rays of a packet.
 pub const WIDTH: usize = 16;
 
-/// Sixteen rays: x, y, z of the origins, of the directions, and as bits which of them there are.
+/// Sixteen rays: x, y, z of the origins and of the directions, and the active ones as bits.
 #[derive(Clone, Copy, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct Packet {
@@ -39,12 +40,6 @@ impl Packet {
     }
 }
 
-/// A mesh in single precision.
-pub struct Triangles {
-    pub positions: Vec<Vec3>,
-    pub triangles: Vec<[u32; 3]>,
-}
-
 /// Writes floats.
 pub fn write_numbers(file: &Path, numbers: &[f32]) -> Result<(), Failure> {
     Ok(fs::write(file, bytemuck::cast_slice(numbers))?)
@@ -61,7 +56,7 @@ pub fn read_packets(file: &Path) -> Result<Vec<Packet>, Failure> {
 }
 
 /// Writes a mesh: two counts, positions, indices.
-pub fn write_mesh(file: &Path, mesh: &Triangles) -> Result<(), Failure> {
+pub fn write_mesh(file: &Path, mesh: &Mesh) -> Result<(), Failure> {
     let mut bytes = Vec::new();
     bytes.extend((mesh.positions.len() as u32).to_le_bytes());
     bytes.extend((mesh.triangles.len() as u32).to_le_bytes());
@@ -73,13 +68,13 @@ pub fn write_mesh(file: &Path, mesh: &Triangles) -> Result<(), Failure> {
 }
 
 /// Reads a mesh.
-pub fn read_mesh(file: &Path) -> Result<Triangles, Failure> {
+pub fn read_mesh(file: &Path) -> Result<Mesh, Failure> {
     let words: Vec<u32> = bytemuck::pod_collect_to_vec(&fs::read(file)?);
     let (counts, rest) = words.split_at_checked(2).ok_or("a mesh begins with two counts")?;
     let (positions, triangles) =
         rest.split_at_checked(3 * counts[0] as usize).ok_or("a mesh has as many positions as it says")?;
     let position = |p: &[u32; 3]| Vec3::from(p.map(f32::from_bits));
-    Ok(Triangles {
+    Ok(Mesh {
         positions: positions.as_chunks().0.iter().map(position).collect(),
         triangles: triangles.as_chunks().0.to_vec(),
     })

@@ -1,4 +1,4 @@
-//! What a single ray carries: one number, or a Stokes row with its frame.
+//! The throughput of a single ray: one number, or a Stokes row with its frame.
 
 use spectral_core::{
     fresnel::Fresnel,
@@ -8,8 +8,8 @@ use spectral_core::{
 pub trait Throughput: Copy {
     fn eye(direction: [f32; 3]) -> Self;
     fn intensity(&self) -> f32;
-    /// The reflected and the refracted share.
-    fn split(self, direction: [f32; 3], normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2];
+    /// The reflected and the refracted throughput.
+    fn children(self, direction: [f32; 3], normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2];
 }
 
 impl Throughput for Scalar<f32> {
@@ -22,7 +22,7 @@ impl Throughput for Scalar<f32> {
     }
 
     #[inline(always)]
-    fn split(self, _direction: [f32; 3], _normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2] {
+    fn children(self, _direction: [f32; 3], _normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2] {
         [self.reflected(event), self.refracted(event)]
     }
 }
@@ -43,7 +43,7 @@ impl Throughput for Polarized {
     }
 
     #[inline(always)]
-    fn split(self, direction: [f32; 3], normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2] {
+    fn children(self, direction: [f32; 3], normal: [f32; 3], event: &Fresnel<f32>) -> [Self; 2] {
         let frame = align(direction, self.axis, normal);
         let row = self.row.rotated(frame.cos2, frame.sin2);
         let axis = frame.axis;

@@ -1,5 +1,5 @@
-//! What the geometry tests share: a reader for the sample cuts, a mesh checker and a small random generator.
-#![allow(dead_code)] // each test binary uses a part
+//! Shared by the tests: a reader for the sample cuts, a mesh checker and random numbers.
+#![allow(dead_code)] // Each test binary uses a part.
 
 use std::collections::HashMap;
 
