@@ -207,44 +207,7 @@ fn every_scene_that_comes_with_the_program_loads() {
 }
 
 /// The format as it was first written down, whole.
-const REFERENCE: &str = r#"
-format = 1
-[camera]                       # right-handed, +z is the stone's table normal; lengths in mm
-position = [0.0, -11.12, 30.05]
-look_at = [0.0, 0.0, -0.49]
-up = [0.0, 0.0, 1.0]
-fov = 14.0
-[film]
-width = 512
-height = 256
-[environment]
-image = "environments/studio.exr"
-rotation = 30.0
-scale = 2.0
-illuminant = "D65"
-[[stone]]
-cut = "cuts/brilliant.asc"
-width = 6.5
-material = "pink-glass"
-position = [0.0, 1.0, 0.0]
-rotation = [10.0, 20.0, 30.0]
-[[stone]]
-shape = { name = "round-brilliant", table = 0.55, crown = 34.5, pavilion = 40.75 }
-width = 5.0
-material = "diamond"
-[material.pink-glass]
-cauchy = [1.5046, 0.0042]
-absorption = [{ centre = 553.0, sigma = 38.0, peak = 0.9 }, { constant = 0.015 }]
-[render]
-samples = 16
-wavelengths = { count = 32, range = [380.0, 740.0] }
-jitter = false
-max_depth = 63
-leftover = "drop"
-threshold = 1e-4
-polarized = false
-spectral = true
-"#;
+const REFERENCE: &str = include_str!("data/reference.toml");
 
 #[test]
 fn every_key_arrives() {

@@ -42,46 +42,16 @@ impl Dice {
     }
 }
 
-const NUMBERS: [&str; 20] = [
-    "nan",
-    "-nan",
-    "inf",
-    "-inf",
-    "1e999",
-    "-0",
-    "-0.0",
-    "0",
-    "1e-320",
-    "-1",
-    "1",
-    "2",
-    "4294967296",
-    "99999999",
-    "-2147483649",
-    "18446744073709551616",
-    "1e308",
-    "0.1",
-    "0x7fffffffffffffff",
-    "1e9",
-];
-const WORDS: [&str; 16] = [
-    "[[stone]]",
-    "[camera]",
-    "[render]",
-    "width = 1",
-    "like = \"ruby\"",
-    "{",
-    "}",
-    "[",
-    "]",
-    "\"",
-    "\n",
-    "a ",
-    "n G",
-    "f 1 2 3\n",
-    "v 0 0 0\n",
-    "=",
-];
+/// Twenty awkward numbers and sixteen words of the formats, each list separated by `|`.
+const NUMBERS: &str = "nan|-nan|inf|-inf|1e999|-0|-0.0|0|1e-320|-1|1|2|4294967296|99999999|-2147483649|\
+    18446744073709551616|1e308|0.1|0x7fffffffffffffff|1e9";
+const WORDS: &str =
+    "[[stone]]|[camera]|[render]|width = 1|like = \"ruby\"|{|}|[|]|\"|\n|a |n G|f 1 2 3\n|v 0 0 0\n|=";
+
+/// One item of such a list.
+fn any(list: &'static str, dice: &mut Dice) -> &'static str {
+    list.split('|').nth(dice.below(list.split('|').count())).unwrap()
+}
 
 /// One change to a file or two, rarely up to four: most mutants should get far before they are refused.
 fn mutate(seed: &[u8], dice: &mut Dice) -> Vec<u8> {
@@ -100,10 +70,7 @@ fn mutate(seed: &[u8], dice: &mut Dice) -> Vec<u8> {
                 let to = dice.below(bytes.len() + 1);
                 bytes.splice(to..to, part);
             }
-            5 => {
-                let word = WORDS[dice.below(WORDS.len())];
-                bytes.splice(at..at, word.bytes());
-            }
+            5 => drop(bytes.splice(at..at, any(WORDS, dice).bytes())),
             6 => {
                 // A stretch of the original over another place: records out of order.
                 let from = dice.below(seed.len());
@@ -118,7 +85,7 @@ fn mutate(seed: &[u8], dice: &mut Dice) -> Vec<u8> {
 
 /// The number at or after `at`, if there is one, gives way to an awkward one; binary files get eight bytes of one.
 fn replace_number(bytes: &mut Vec<u8>, at: usize, dice: &mut Dice) {
-    let awkward = NUMBERS[dice.below(NUMBERS.len())];
+    let awkward = any(NUMBERS, dice);
     if bytes.contains(&0) {
         let value = awkward.parse::<f64>().unwrap_or(f64::MAX).to_le_bytes();
         let end = (at + 8).min(bytes.len());
@@ -137,50 +104,7 @@ struct Seed {
     bytes: Vec<u8>,
 }
 
-const SCENE: &str = r#"format = 1
-[camera]
-position = [0.0, -11.12, 30.05]
-look_at = [0.0, 0.0, -0.49]
-up = [0.0, 0.0, 1.0]
-fov = 14.0
-[film]
-width = 64
-height = 64
-background = "transparent"
-[environment]
-uniform = [1.0, 0.5, 1.0]
-rotation = 10.0
-scale = 1.0
-illuminant = "table.csv"
-[[stone]]
-cut = "cube.asc"
-width = 6.5
-material = "pink-glass"
-rotation = [0.0, 10.0, 20.0]
-[[stone]]
-mesh = "notch.obj"
-material = "gold"
-position = [9.0, 0.0, 0.0]
-priority = 2
-[[stone]]
-shape = { name = "step", table = 0.6 }
-material = "blue"
-width = 2.0
-[material.pink-glass]
-measured = [[486.13, 1.5224], [587.56, 1.5168], [656.27, 1.5143]]
-absorption = [{ centre = 553.0, sigma = 38.0, peak = 0.9 }, { constant = 0.015 }]
-[material.blue]
-sellmeier = { b = [1.4313, 0.6505, 5.3414], c = [0.00528, 0.01423, 325.01] }
-absorption = "table.csv"
-[render]
-samples = 2
-wavelengths = { count = 8, range = [380.0, 740.0], jitter = true }
-max_depth = 64
-leftover = "exit"
-threshold = 1e-4
-polarized = true
-spectral = false
-"#;
+const SCENE: &str = include_str!("data/seed.toml");
 
 const BOX_CUT: &str = "GemCad 5.0\ng 96 0.0\ny 4 n\nI 1.54\nH a box\na -90.000000 1.0 96 n G 24 48 72 G set size\n\
     a -40 0.8 96 n P1 24\n48 72 G to centre\na 0 0.5 96 n T\nF done\n";

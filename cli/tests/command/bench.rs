@@ -1,20 +1,15 @@
 //! Devices measured against each other.
 
-use super::support::{Workplace, command, command_with};
+use super::support::{Interrupt, Workplace, assert_refused, command, command_with, number};
 use base64::Engine as _;
 use gemtrace::Error;
-use gemtrace_cli::console::Interrupt;
 use serde_json::Value;
 use std::time::Duration;
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
-}
 
 #[test]
 fn every_device_is_measured_and_the_processor_agrees_with_itself() {
     let place = Workplace::new();
-    let scene = place.path("tiny.toml").display().to_string();
+    let scene = place.name("tiny.toml");
     let report = command(&["bench", &scene, "--size", "32x32", "--samples", "1", "--runs", "2"]).unwrap();
     assert_eq!(report.failure, None, "{}", report.text);
     assert_eq!((&report.json["runs"], &report.json["interrupted"]), (&2.into(), &false.into()));
@@ -70,12 +65,11 @@ fn pictures(page: &str) -> Vec<String> {
 fn the_page_stands_alone_and_escapes_what_it_quotes() {
     let place = Workplace::new();
     std::fs::rename(place.path("tiny.toml"), place.path("a&b.toml")).unwrap();
-    let (scene, page) = (place.path("a&b.toml"), place.path("page.html"));
-    let (scene, page) = (scene.display().to_string(), page.display().to_string());
+    let [scene, page] = ["a&b.toml", "page.html"].map(|name| place.name(name));
     let sizes = ["--size=32x32", "--samples=1", "--runs=1", "--backend=reference", "--backend=cpu"];
     let report = command(&[&["bench", &scene, "-o", &page], &sizes[..]].concat()).unwrap();
     assert_eq!(report.json["page"]["path"], page);
-    let text = std::fs::read_to_string(&page).unwrap();
+    let text = place.text("page.html");
     assert_eq!(report.json["page"]["bytes"], text.len());
     assert!(text.contains("a&amp;b.toml") && !text.contains("a&b.toml"));
     // Both pictures, and the difference of the reference's.
@@ -102,9 +96,7 @@ fn what_cannot_be_measured_is_refused_before_the_first_ray() {
     ] {
         // More work than anyone would wait for.
         let arguments = [&["bench", "--size", "4096x4096", "--runs", "1000"], arguments].concat();
-        let error = command(&arguments).unwrap_err();
-        assert_eq!(error.exit_code(), code, "{error}");
-        assert!(error.to_string().contains(message), "{error}");
+        assert_refused(command(&arguments), code, &format!("*{message}*"));
     }
 }
 
@@ -120,7 +112,7 @@ fn the_list_shows_scenes_and_devices_and_measures_nothing() {
 #[test]
 fn an_interrupted_bench_tells_what_is_complete() {
     let place = Workplace::new();
-    let scene = place.path("tiny.toml").display().to_string();
+    let scene = place.name("tiny.toml");
     let interrupt = Interrupt::default();
     let arguments = ["bench", &scene, "--size=8x8", "--samples=1", "--runs=1000", "--backend=reference"];
     let report = std::thread::scope(|scope| {

@@ -1,12 +1,11 @@
 //! The program as a process: exit codes, streams, signals.
 
-use super::support::{SCENE, Workplace};
+use super::support::Workplace;
 use serde_json::Value;
 use std::process::{Command, Output, Stdio};
 
 fn gemtrace(place: &Workplace, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
-    command.args(arguments).current_dir(place.folder.path()).output().unwrap()
+    place.gemtrace(arguments).output().unwrap()
 }
 
 fn code(output: &Output) -> i32 {
@@ -91,9 +90,8 @@ fn quiet_is_silent_and_help_documents_the_exit_codes() {
 #[cfg(unix)]
 #[test]
 fn control_c_writes_what_is_finished_within_a_second() {
-    let place = Workplace::with(SCENE);
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
-    command.args(["render", "tiny.toml", "--samples", "65536", "--json"]).current_dir(place.folder.path());
+    let place = Workplace::new();
+    let mut command = place.gemtrace(&["render", "tiny.toml", "--samples", "65536", "--json"]);
     let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_secs(3));
     let asked = std::time::Instant::now();

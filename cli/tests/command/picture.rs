@@ -86,7 +86,7 @@ fn the_command_line_overrides_size_and_samples() {
 #[test]
 fn the_same_scene_is_the_same_file() {
     let place = Workplace::new();
-    let files = || ["a.png", "a.exr"].map(|name| std::fs::read(place.path(name)).unwrap());
+    let files = || ["a.png", "a.exr"].map(|name| place.read(name));
     place.render(&["a.png", "a.exr"], &["--threads", "1"]).unwrap();
     let first = files();
     place.render(&["a.png", "a.exr"], &["--threads", "3"]).unwrap();

@@ -1,16 +1,15 @@
 //! `sheet sizes` and `materials --sheet`.
 
-use super::support::{SCENE, Workplace, command};
+use super::support::{Cli, SCENE, Workplace, command};
+use clap::Parser as _;
 use spectral_core::material::Catalogue;
 
 #[test]
 fn a_sheet_of_sizes_has_a_picture_for_each() {
     let place = Workplace::with(&SCENE.replace("diamond", "amethyst"));
-    let (scene, sheet) = (place.path("tiny.toml"), place.path("sizes.png"));
-    let (scene, output) = (scene.display().to_string(), format!("--output={}", sheet.display()));
-    let arguments =
-        ["sheet", "sizes", &scene, &output, "--sizes=2,4,8,12,16", "--backend=cpu", "--samples=1"];
-    let report = command(&arguments).unwrap();
+    let [scene, sheet] = ["tiny.toml", "sizes.png"].map(|name| place.name(name));
+    let options = ["--output", &sheet, "--sizes=2,4,8,12,16", "--backend=cpu", "--samples=1"];
+    let report = command(&[&["sheet", "sizes", &scene], &options[..]].concat()).unwrap();
     assert_eq!(report.json["sizes"], serde_json::json!([2.0, 4.0, 8.0, 12.0, 16.0]));
     let png = image::open(&sheet).unwrap().into_rgb8();
     // Four in a row of 24 × 16 pixels, one line of lettering each, a margin of 8.
@@ -22,11 +21,7 @@ fn a_sheet_of_sizes_has_a_picture_for_each() {
     };
     assert!((0..3).all(|column| light(column) > light(column + 1)));
     for bad in ["--sizes=0", "--sizes=2,x"] {
-        use clap::Parser as _;
-        assert!(
-            gemtrace_cli::commands::Cli::try_parse_from(["gemtrace", "sheet", "sizes", "a.toml", bad])
-                .is_err()
-        );
+        assert!(Cli::try_parse_from(["gemtrace", "sheet", "sizes", "a.toml", bad]).is_err());
     }
 }
 

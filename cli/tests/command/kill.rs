@@ -1,6 +1,6 @@
 //! Killed at any moment, a batch goes on where it was.
 
-use super::support::{Workplace, pictures};
+use super::support::Workplace;
 use gemtrace::batch::manifest::Event;
 use std::collections::HashMap;
 use std::process::{Child, Command, Stdio};
@@ -10,9 +10,8 @@ use std::time::{Duration, Instant};
 const SLOW: &[&str] = &["--samples", "64", "--size", "32x32"];
 
 fn begin(place: &Workplace, output: &str) -> Child {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_gemtrace"));
-    command.args(["batch", "sweep.toml", "-o", output, "--backend", "cpu"]).args(SLOW);
-    command.current_dir(place.folder.path()).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
+    let mut command = place.gemtrace(&["batch", "sweep.toml", "-o", output, "--backend", "cpu"]);
+    command.args(SLOW).stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap()
 }
 
 /// Kills a run (SIGKILL on Unix) once `lines` lines are in its manifest and a little later.
@@ -31,20 +30,18 @@ fn kill_after(place: &Workplace, lines: usize, later: Duration) {
 
 #[test]
 fn a_killed_batch_goes_on_and_renders_nothing_twice_but_what_was_in_flight() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     place.batch("calm", SLOW).unwrap();
     for (lines, later) in [(2, 0), (7, 3), (15, 11)] {
         kill_after(&place, lines, Duration::from_millis(later));
     }
     // As if the power had gone in the middle of a line.
-    let manifest = place.path("out/manifest.jsonl");
-    let mut text = std::fs::read_to_string(&manifest).unwrap();
-    text += "{\"status\":\"done\",\"item\":\"step-qu";
-    std::fs::write(&manifest, text).unwrap();
+    let text = place.text("out/manifest.jsonl") + "{\"status\":\"done\",\"item\":\"step-qu";
+    place.write("out/manifest.jsonl", text);
 
     let report = place.batch("out", SLOW).unwrap();
     assert_eq!(report.failure, None);
-    assert!(pictures(&place.path("out")) == pictures(&place.path("calm")), "the pictures differ");
+    assert!(place.pictures("out") == place.pictures("calm"), "the pictures differ");
     let (mut begun, mut done) = (HashMap::<String, u32>::new(), HashMap::<String, u32>::new());
     for line in place.lines("out") {
         let counts = if matches!(line, Event::Started { .. }) { &mut begun } else { &mut done };
@@ -61,7 +58,7 @@ fn a_killed_batch_goes_on_and_renders_nothing_twice_but_what_was_in_flight() {
 #[cfg(unix)]
 #[test]
 fn a_scheduler_that_asks_to_stop_is_heeded() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     let mut child = begin(&place, "out");
     while place.path("out/manifest.jsonl").metadata().map_or(0, |data| data.len()) == 0 {
         std::thread::sleep(Duration::from_millis(1));
@@ -71,52 +68,51 @@ fn a_scheduler_that_asks_to_stop_is_heeded() {
     let begun = |line: &&Event| matches!(line, Event::Started { .. });
     let (lines, done) = (place.lines("out"), place.done("out"));
     assert_eq!(lines.iter().filter(begun).count(), done.len() + 1);
-    assert_eq!(pictures(&place.path("out")).len(), done.len());
+    assert_eq!(place.pictures("out").len(), done.len());
     assert_eq!(place.batch("out", SLOW).unwrap().json["kept"], done.len());
 }
 
 #[test]
 fn what_a_killed_process_left_half_written_is_cleared_away() {
-    let place = Workplace::new();
-    let folder = place.path("out");
-    std::fs::create_dir(&folder).unwrap();
-    let left =
-        ["step-ruby-top.png", "plan.json", "other.png"].map(|name| format!(".gemtrace-{name}-aB3xYz.tmp"));
-    left.iter().for_each(|name| std::fs::write(folder.join(name), "half").unwrap());
+    let place = Workplace::swept();
+    std::fs::create_dir(place.path("out")).unwrap();
+    let left = ["step-ruby-top.png", "plan.json", "other.png"]
+        .map(|name| format!("out/.gemtrace-{name}-aB3xYz.tmp"));
+    left.iter().for_each(|name| place.write(name, "half"));
     place.batch("out", &[]).unwrap();
-    // The last is another's.
-    assert_eq!(left.map(|name| folder.join(name).exists()), [false, false, true]);
+    // The last belongs to another batch.
+    assert_eq!(left.map(|name| place.path(&name).exists()), [false, false, true]);
 }
 
 #[test]
 fn only_what_is_missing_or_has_changed_is_rendered() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     let first = place.batch("out", &[]).unwrap();
     assert_eq!((&first.json["rendered"], &first.json["items"]), (&12.into(), &12.into()));
-    let calm = pictures(&place.path("out"));
+    let calm = place.pictures("out");
     let again = |place: &Workplace| place.batch("out", &[]).unwrap().json["rendered"].as_u64().unwrap();
     assert_eq!(again(&place), 0);
 
     std::fs::remove_file(place.path("out/step-ruby-top.png")).unwrap();
     assert_eq!(again(&place), 1);
-    std::fs::write(place.path("out/step-ruby-side.png"), "spoilt").unwrap();
+    place.write("out/step-ruby-side.png", "spoilt");
     assert_eq!(again(&place), 1);
-    assert!(pictures(&place.path("out")) == calm);
+    assert!(place.pictures("out") == calm);
 
     // Four more pictures of a new material; the others stay.
-    let sweep = std::fs::read_to_string(place.path("sweep.toml")).unwrap();
-    place.write("sweep.toml", &sweep.replace("\"quartz\"", "\"quartz\", \"topaz\""));
+    let sweep = place.text("sweep.toml");
+    place.write("sweep.toml", sweep.replace("\"quartz\"", "\"quartz\", \"topaz\""));
     assert_eq!(again(&place), 4);
     // One material is another one now.
     let own = "{ name = \"topaz\", like = \"topaz\", absorption = \"ink.csv\" }";
-    place.write("sweep.toml", &sweep.replace("\"quartz\"", &format!("\"quartz\", {own}")));
+    place.write("sweep.toml", sweep.replace("\"quartz\"", &format!("\"quartz\", {own}")));
     place.write("ink.csv", "380, 0.1\n740, 0.2\n");
     assert_eq!(again(&place), 4);
     // A file that scenes name.
     place.write("ink.csv", "380, 0.1\n740, 0.3\n");
     assert_eq!((again(&place), again(&place)), (4, 0));
     // The base scene changes all.
-    let base = std::fs::read_to_string(place.path("base.toml")).unwrap();
-    place.write("base.toml", &base.replace("0.125", "0.25"));
+    let base = place.text("base.toml");
+    place.write("base.toml", base.replace("0.125", "0.25"));
     assert_eq!(again(&place), 16);
 }

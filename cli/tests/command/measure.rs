@@ -1,32 +1,12 @@
 //! The numbers of `gemtrace measure`, against closed forms and against GemRay.
 
+use super::support::{Cli, Report, Workplace, assert_matches, assert_refused, command, cut, number};
 use clap::Parser as _;
 use gemtrace::Error;
-use gemtrace_cli::commands::{Cli, run};
-use gemtrace_cli::console::{Console, Interrupt, Report};
 use serde_json::Value;
-use std::path::{Path, PathBuf};
 
-fn measure(arguments: &[&str]) -> Result<Report, Error> {
-    let cli = Cli::try_parse_from(["gemtrace", "measure"].iter().chain(arguments)).unwrap();
-    let interrupt = Interrupt::default();
-    run(&cli.command, &mut Console { log: &mut Vec::new(), quiet: true, interrupt: &interrupt })
-}
-
-fn cut(name: &str) -> String {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("../spectral-core/data/cuts").join(name).display().to_string()
-}
-
-fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
-}
-
-/// A file in a folder of its own, which vanishes with the first of the two.
-fn file(name: &str, text: &str) -> (tempfile::TempDir, String) {
-    let folder = tempfile::tempdir().unwrap();
-    let path: PathBuf = folder.path().join(name);
-    std::fs::write(&path, text).unwrap();
-    (folder, path.display().to_string())
+fn measure(design: &str, options: &[&str]) -> Result<Report, Error> {
+    command(&[&["measure", design], options].concat())
 }
 
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -37,7 +17,7 @@ const MODELS: [&str; 3] = ["iso", "cos", "sc2"];
 
 /// GemRay's table: design, index and tilt as they stand, and the six figures.
 fn gemray() -> impl Iterator<Item = ([&'static str; 3], Vec<f64>)> {
-    let lines = include_str!("data/gemray.csv").lines().filter(|line| !line.starts_with('#'));
+    let lines = include_str!("../data/gemray.csv").lines().filter(|line| !line.starts_with('#'));
     lines.map(|line| {
         let cells: Vec<&str> = line.split(',').collect();
         ([cells[0], cells[1], cells[2]], cells[3..].iter().map(|cell| cell.parse().unwrap()).collect())
@@ -57,7 +37,7 @@ fn under_its_conditions_brightness_is_gemrays() {
         let rows: Vec<_> = gemray().filter(|([d, _, t], _)| *d == design && !t.starts_with('-')).collect();
         let tilts = rows.iter().map(|([_, _, tilt], _)| *tilt).collect::<Vec<_>>().join(",");
         let index = rows[0].0[1];
-        let report = measure(&[&cut(design), "--gemray", "-m", index, "--tilt", &tilts]).unwrap();
+        let report = measure(&cut(design), &["--gemray", "-m", index, "--tilt", &tilts]).unwrap();
         let positions = report.json["positions"].as_array().unwrap();
         assert_eq!((rows.len(), positions.len()), (4, 4));
         for (position, ([_, _, tilt], figures)) in positions.iter().zip(&rows) {
@@ -76,8 +56,7 @@ fn the_rest_of_a_diamonds_light_is_what_gemray_drops() {
         gemray().find(|([design, _, tilt], _)| *design == "srb_diamond_57.asc" && *tilt == "30").unwrap();
     let at = |depth: &str| {
         let arguments = ["--gemray", "-m", index, "--tilt", tilt, "--max-depth", depth, "--threshold", "0"];
-        let report = measure(&[&[cut("srb_diamond_57.asc").as_str()], &arguments[..]].concat()).unwrap();
-        report.json["positions"][0].clone()
+        measure(&cut("srb_diamond_57.asc"), &arguments).unwrap().json["positions"][0].clone()
     };
     let [at_limit, beyond] = [at("10"), at("200")];
     assert!(difference(&at_limit, &figures) < 0.02);
@@ -88,8 +67,9 @@ fn the_rest_of_a_diamonds_light_is_what_gemray_drops() {
 
 #[test]
 fn all_directions_add_up() {
-    let arguments = ["--size=64", "--tilt=0,17", "--head=12", "--eye=20", "-m", "ruby", "--width=6"];
-    let report = measure(&[&[cut("srb_diamond_57.asc").as_str()], &arguments[..]].concat()).unwrap();
+    let ruby = ["--size=64", "--eye=20", "-m", "ruby", "--width=6"];
+    let design = cut("srb_diamond_57.asc");
+    let report = measure(&design, &[&ruby, &["--tilt=0,17", "--head=12"][..]].concat()).unwrap();
     for position in report.json["positions"].as_array().unwrap() {
         for part in ["stone", "table"] {
             let figure = |name: &str| number(&position[part][name]);
@@ -102,9 +82,8 @@ fn all_directions_add_up() {
             assert!(figure("missing") > 0.05 && number(&position["dropped"]) < 1e-2);
         }
     }
-    let arguments =
-        ["--size=64", "--tilt=17", "--head=45", "--eye=20", "-m", "ruby", "--width=6", "--models=iso"];
-    let green = measure(&[&[cut("srb_diamond_57.asc").as_str()], &arguments[..]].concat()).unwrap();
+    let wide = ["--tilt=17", "--head=45", "--models=iso"];
+    let green = measure(&design, &[&ruby, &wide[..]].concat()).unwrap();
     for part in ["stone", "table"] {
         let figures = &green.json["positions"][0][part];
         assert!((number(&figures["iso"]) - number(&figures["aset_green"])).abs() < 1e-5, "{figures}");
@@ -114,12 +93,15 @@ fn all_directions_add_up() {
 #[test]
 fn a_cube_seen_straight_on_has_its_closed_form() {
     // Every ray stays on its line: R of it goes back at each face. Up comes 2R/(1 + R), from the head's direction.
-    let (_folder, path) = file("cube.obj", CUBE);
-    let report = measure(&[&path, "-m", "1.5", "--size=20", "--threshold=0", "--head=5"]).unwrap();
+    let place = Workplace::holding(&[("cube.obj", CUBE)]);
+    let glass = |options: &[&str]| {
+        let common = ["-m", "1.5", "--size=20", "--threshold=0"];
+        measure(&place.name("cube.obj"), &[&common, options].concat()).unwrap().json
+    };
+    let report = glass(&["--head=5"]);
     let r = 0.04;
-    let position = &report.json["positions"][0];
     for part in ["stone", "table"] {
-        let figure = |name: &str| number(&position[part][name]);
+        let figure = |name: &str| number(&report["positions"][0][part][name]);
         for (name, exact) in [
             ("extinction", 2.0 * r / (1.0 + r)),
             ("leakage", (1.0 - r) / (1.0 + r)),
@@ -131,10 +113,8 @@ fn a_cube_seen_straight_on_has_its_closed_form() {
             assert!((figure(name) - exact).abs() < 1e-6, "{name}: {} and {exact}", figure(name));
         }
     }
-    let without =
-        measure(&[&path, "-m", "1.5", "--size=20", "--threshold=0", "--head=0", "--models=iso,cos,sc2"])
-            .unwrap();
-    let figures = &without.json["positions"][0]["stone"];
+    let without = glass(&["--head=0", "--models=iso,cos,sc2"]);
+    let figures = &without["positions"][0]["stone"];
     for (name, exact) in [("iso", 2.0 * r / (1.0 + r)), ("cos", 2.0 * r / (1.0 + r)), ("extinction", 0.0)] {
         assert!((number(&figures[name]) - exact).abs() < 1e-6, "{name}: {figures}");
     }
@@ -146,7 +126,7 @@ fn a_cube_seen_straight_on_has_its_closed_form() {
 fn fire_needs_dispersion() {
     let fire = |material: &str| {
         let arguments = ["-m", material, "--size=48", "--experimental", "--wavelengths=8"];
-        let report = measure(&[&[cut("srb_diamond_57.asc").as_str()], &arguments[..]].concat()).unwrap();
+        let report = measure(&cut("srb_diamond_57.asc"), &arguments).unwrap();
         let stone = &report.json["positions"][0]["stone"];
         let scintillation = number(&stone["experimental_scintillation"]);
         assert!(scintillation > 0.01 && scintillation < 1.0, "{scintillation}");
@@ -158,28 +138,19 @@ fn fire_needs_dispersion() {
 
 #[test]
 fn numbers_are_written_as_csv_and_svg() {
-    let folder = tempfile::tempdir().unwrap();
-    let [csv, svg] = ["a.csv", "a.svg"].map(|name| folder.path().join(name).display().to_string());
-    let design = cut("srb_quartz_57.asc");
-    let report = measure(&[
-        &design,
-        "--size=24",
-        "--tilt=-10..10:10",
-        "--models=iso,aset",
-        "--csv",
-        &csv,
-        "--svg",
-        &svg,
-    ])
-    .unwrap();
-    let lines: Vec<String> = std::fs::read_to_string(csv).unwrap().lines().map(str::to_owned).collect();
+    let place = Workplace::new();
+    let [csv, svg] = ["a.csv", "a.svg"].map(|name| place.name(name));
+    let options = ["--size=24", "--tilt=-10..10:10", "--models=iso,aset", "--csv", &csv, "--svg", &svg];
+    let report = measure(&cut("srb_quartz_57.asc"), &options).unwrap();
+    let text = place.text("a.csv");
+    let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 4);
     let names: Vec<&str> = lines[0].split(',').collect();
     assert_eq!(names[..4], ["tilt", "stone_iso", "stone_aset", "stone_leakage"]);
     let cells: Vec<f64> = lines[1].split(',').map(|cell| cell.parse().unwrap()).collect();
     assert_eq!((cells.len(), cells[0]), (names.len(), -10.0));
     assert!((cells[1] - 100.0 * number(&report.json["positions"][0]["stone"]["iso"])).abs() < 1e-4);
-    let svg = std::fs::read_to_string(svg).unwrap();
+    let svg = place.text("a.svg");
     let document = roxmltree::Document::parse(&svg).unwrap();
     let count = |name| document.descendants().filter(|node| node.has_tag_name(name)).count();
     // Two models, leakage and extinction, over the stone and over the table.
@@ -194,42 +165,37 @@ fn a_scene_of_one_stone_is_measured_as_it_says() {
     let scene = "format = 1\n[camera]\nposition = [0, 0, 60]\nlook_at = [0, 0, 0]\nup = [0, 1, 0]\n\
                  [[stone]]\nshape = \"step\"\nwidth = 6\nrotation = [0, 0, 90]\nposition = [5, 0, 0]\n\
                  material = \"emerald\"\n[render]\nwavelengths = { count = 4 }\nmax_depth = 12\n";
-    let (_folder, path) = file("scene.toml", scene);
-    let report = measure(&[&path, "--size=24", "--tilt=10"]).unwrap();
+    let place = Workplace::with(scene);
+    let report = measure(&place.name("tiny.toml"), &["--size=24", "--tilt=10"]).unwrap();
     let conditions = &report.json["conditions"];
     assert_eq!((&conditions["eye_mm"], &conditions["max_depth"]), (&60.0.into(), &12.into()));
     assert_eq!(report.json["material"], "emerald");
-    let (_other, two) =
-        file("two.toml", &format!("{scene}[[stone]]\nshape = \"step\"\nmaterial = \"ruby\"\n"));
-    let message = measure(&[&two]).unwrap_err().to_string();
-    assert!(message.ends_with("a scene of one stone can be measured; this one has 2"), "{message}");
+    place.write("tiny.toml", format!("{scene}[[stone]]\nshape = \"step\"\nmaterial = \"ruby\"\n"));
+    let message = measure(&place.name("tiny.toml"), &[]).unwrap_err().to_string();
+    assert_matches(&message, "*a scene of one stone can be measured; this one has 2");
 }
 
 #[test]
 fn what_cannot_be_measured_is_told() {
-    let design = cut("srb_quartz_57.asc");
-    let (_folder, cube) = file("cube.obj", CUBE);
-    for (arguments, message) in [
-        (vec![design.as_str(), "-m", "0.5"], "material: 0.5 is not valid; an index of refraction above 1"),
-        (vec![&design, "-m", "quarz"], "unknown material 'quarz'; did you mean 'quartz'?"),
-        (vec![&design, "--head=95"], "head: 95 is not valid; a half-angle in degrees, from 0"),
-        (
-            vec![&design, "--eye=0.5"],
-            "eye: 0.5 is not valid; a distance in mm beyond the stone's farthest corner",
-        ),
-        (vec![&design, "--threshold=2"], "threshold: 2 is not valid"),
-        (vec![&cube], "cube.obj: it names no index of refraction; give --material"),
-        (vec!["no.asc"], "no.asc: no such file"),
+    let place = Workplace::holding(&[("cube.obj", CUBE)]);
+    let (quartz, cube) = (cut("srb_quartz_57.asc"), place.name("cube.obj"));
+    for (design, option, message) in [
+        (&*quartz, "-m0.5", "material: 0.5 is not valid; an index of refraction above 1"),
+        (&quartz, "-mquarz", "unknown material 'quarz'; did you mean 'quartz'?"),
+        (&quartz, "--head=95", "head: 95 is not valid; a half-angle in degrees, from 0"),
+        (&quartz, "--eye=0.5", "eye: 0.5 is not valid; a distance in mm beyond the stone's farthest corner"),
+        (&quartz, "--threshold=2", "threshold: 2 is not valid"),
+        (&cube, "--size=512", "cube.obj: it names no index of refraction; give --material"),
+        ("no.asc", "--size=512", "no.asc: no such file"),
     ] {
-        let found = measure(&arguments).unwrap_err();
-        assert!(found.to_string().contains(message), "{arguments:?}: {found}");
-        assert_eq!(found.exit_code(), 3, "{found}");
+        assert_refused(measure(design, &[option]), 3, &format!("*{message}*"));
     }
-    let parse = |argument: &str| {
-        let error = Cli::try_parse_from(["gemtrace", "measure", "a.asc", argument]).unwrap_err();
-        error.to_string()
-    };
-    assert!(parse("--models=iso,sc3").contains("unknown light model 'sc3'; did you mean 'sc2'?"));
-    assert!(parse("--tilt=5..1").contains("'5..1' goes nowhere"));
-    assert!(parse("--about=z").contains("a stone is tilted about x or y"));
+    for (option, message) in [
+        ("--models=iso,sc3", "unknown light model 'sc3'; did you mean 'sc2'?"),
+        ("--tilt=5..1", "'5..1' goes nowhere"),
+        ("--about=z", "a stone is tilted about x or y"),
+    ] {
+        let error = Cli::try_parse_from(["gemtrace", "measure", "a.asc", option]).unwrap_err();
+        assert_matches(&error.to_string(), &format!("*{message}*"));
+    }
 }

@@ -1,13 +1,14 @@
 //! Items that fail cost nobody else anything, and are told by name.
 
-use super::support::{Workplace, pictures};
+use super::support::{
+    Console, Interrupt, Report, SWEEP, Workplace, assert_matches, assert_refused, cut, logged,
+};
 use backend_cpu::CPU;
 use gemtrace::batch::manifest::Event;
 use gemtrace::batch::{Place, sweep};
 use gemtrace::shard::Shard;
 use gemtrace::{Session, registry};
 use gemtrace_cli::commands::batch;
-use gemtrace_cli::console::{Console, Interrupt, Report};
 use spectral_core::tracer::{Backend, DeviceInfo, OpenOptions};
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
@@ -21,13 +22,10 @@ fn failed(place: &Workplace) -> Vec<(String, String)> {
 
 #[test]
 fn one_broken_cut_among_fifty() {
-    let good = std::fs::read_to_string(
-        std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("../spectral-core/data/cuts/srb_diamond_57.asc"),
-    )
-    .unwrap();
+    let good = std::fs::read_to_string(cut("srb_diamond_57.asc")).unwrap();
     let names: Vec<String> = (1..=50).map(|number| format!("\"cut{number}.asc\"")).collect();
-    let place = Workplace::with(&format!("format = 1\nbase = \"base.toml\"\ncuts = [{}]", names.join(", ")));
+    let place =
+        Workplace::swept_by(&format!("format = 1\nbase = \"base.toml\"\ncuts = [{}]", names.join(", ")));
     for number in 1..=50 {
         // Cut off in the middle of a facet.
         let text = if number == 23 { &good[..good.len() / 2] } else { &good };
@@ -36,33 +34,29 @@ fn one_broken_cut_among_fifty() {
     let report = place.batch("out", &["--size", "8x8"]).unwrap();
     let failure = report.failure.unwrap();
     assert_eq!(failure.exit_code(), 5);
-    let message = failure.to_string();
-    assert!(message.contains("item 'cut23' failed") && message.contains("cut23.asc"), "{message}");
-    assert_eq!((&report.json["rendered"], pictures(&place.path("out")).len()), (&49.into(), 49));
+    assert_matches(&failure.to_string(), "*item 'cut23' failed*cut23.asc*");
+    assert_eq!((&report.json["rendered"], place.pictures("out").len()), (&49.into(), 49));
     let failed = failed(&place);
     assert!(failed.len() == 1 && failed[0].0 == "cut23" && failed[0].1.contains("cut23.asc"), "{failed:?}");
-    let page = std::fs::read_to_string(place.path("out/index.html")).unwrap();
-    assert!(page.contains("49 pictures of 50") && page.contains("cut23.asc"));
-    let message = place.merge(&["out"]).unwrap_err().to_string();
-    assert!(message.contains("1 of 50 items are missing") && message.contains("cut23: failed"), "{message}");
+    assert_matches(&place.text("out/index.html"), "*49 pictures of 50*cut23.asc*");
+    assert_refused(place.merge("out"), 5, "*1 of 50 items are missing*cut23: failed*");
 
     // Mended, it is the only one to be rendered.
     place.write("cut23.asc", &good);
     let report = place.batch("out", &["--size", "8x8"]).unwrap();
     assert_eq!((report.failure, &report.json["rendered"]), (None, &1.into()));
-    place.merge(&["out"]).unwrap();
+    place.merge("out").unwrap();
 }
 
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_costs_the_pictures_that_find_no_room() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     std::fs::create_dir(place.path("out")).unwrap();
     std::os::unix::fs::symlink("/dev/full", place.path("out/step-ruby-top.png")).unwrap();
     let report = place.batch("out", &[]).unwrap();
     let message = report.failure.unwrap().to_string();
-    let told = "item 'step-ruby-top' failed";
-    assert!(message.contains(told) && message.contains("No space left on device"), "{message}");
+    assert_matches(&message, "*item 'step-ruby-top' failed*No space left on device*");
     assert_eq!(report.json["rendered"], 11);
     assert_eq!(report.json["failed"][0]["exit_code"], 4);
     assert_eq!(failed(&place).len(), 1);
@@ -74,18 +68,16 @@ fn a_full_disk_costs_the_pictures_that_find_no_room() {
 #[test]
 fn folders_that_cannot_be_written_are_told() {
     // Whoever may do everything may write to a read-only folder; nobody can make a folder where a file is.
-    let place =
-        Workplace::with(&format!("{}\nname = \"{{cut}}/{{material}}-{{view}}\"", super::support::SWEEP));
+    let place = Workplace::swept_by(&format!("{SWEEP}\nname = \"{{cut}}/{{material}}-{{view}}\""));
     place.write("file", "");
-    let message = place.batch("file", &[]).unwrap_err().to_string();
-    assert!(message.contains("file: this folder cannot be made"), "{message}");
+    assert_refused(place.batch("file", &[]), 4, "*file: this folder cannot be made*");
 
     std::fs::create_dir(place.path("out")).unwrap();
     place.write("out/step", "");
     let report = place.batch("out", &[]).unwrap();
     assert_eq!((&report.json["rendered"], failed(&place).len()), (&6.into(), 6));
     let message = report.failure.unwrap().to_string();
-    assert!(message.contains("6 of 12 items failed, the first of them 'step/diamond-top'"), "{message}");
+    assert_matches(&message, "*6 of 12 items failed, the first of them 'step/diamond-top'*");
     std::fs::remove_file(place.path("out/step")).unwrap();
     assert_eq!(place.batch("out", &[]).unwrap().failure, None);
 }
@@ -94,21 +86,20 @@ fn folders_that_cannot_be_written_are_told() {
 #[test]
 fn a_read_only_folder_is_refused_before_the_first_ray() {
     use std::os::unix::fs::PermissionsExt as _;
-    let place = Workplace::new();
+    let place = Workplace::swept();
     let folder = place.path("out");
     std::fs::create_dir(&folder).unwrap();
     std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o555)).unwrap();
     // The superuser is not kept out.
     if std::fs::write(folder.join("probe"), "").is_err() {
-        let error = place.batch("out", &[]).unwrap_err();
-        assert!(error.exit_code() == 4 && error.to_string().contains("cannot be written to"), "{error}");
+        assert_refused(place.batch("out", &[]), 4, "*cannot be written to*");
     }
     std::fs::set_permissions(&folder, std::fs::Permissions::from_mode(0o755)).unwrap();
 }
 
 #[test]
 fn a_scene_that_makes_no_sense_is_that_items_failure() {
-    let place = Workplace::with(
+    let place = Workplace::swept_by(
         r#"
         format = 1
         base = "base.toml"
@@ -148,16 +139,16 @@ const CARD: Backend = Backend {
 
 #[test]
 fn a_named_device_is_asked_again_for_every_picture() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     let plan = sweep::load(&place.path("sweep.toml")).unwrap();
     let run = |name: &str| -> (Report, String) {
         let candidates = registry::choose_among(&[CPU, CARD], name, None).unwrap();
         let mut session = Session::new(candidates, OpenOptions::default());
-        let (mut log, interrupt) = (Vec::new(), Interrupt::default());
-        let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
         let there = Place { output: place.path("out"), shard: Shard::WHOLE };
-        let report = batch::render(&plan, &there, &mut session, &mut console).unwrap();
-        (report, String::from_utf8(log).unwrap())
+        logged(|log| {
+            let mut console = Console { log, quiet: false, interrupt: &Interrupt::default() };
+            batch::render(&plan, &there, &mut session, &mut console).unwrap()
+        })
     };
     let (Report { json, .. }, log) = run("card");
     assert_eq!((&json["rendered"], json["failed"].as_array().unwrap().len()), (&5.into(), 7), "{log}");
@@ -169,7 +160,7 @@ fn a_named_device_is_asked_again_for_every_picture() {
 
 #[test]
 fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
-    let place = Workplace::new();
+    let place = Workplace::swept();
     let plan = sweep::load(&place.path("sweep.toml")).unwrap();
     let mut session = Session::open("cpu").unwrap();
     let (mut log, interrupt) = (Vec::new(), Interrupt::default());
