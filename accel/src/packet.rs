@@ -13,7 +13,7 @@
 //! it would be called with all its registers in memory.
 
 use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work};
-use crate::traverse::{STEEPEST, WIDENING};
+use crate::slabs::{STEEPEST, WIDENING};
 use crate::{Bvh, triangle::Triangle};
 use obvhs::cwbvh::node::CwBvhNode;
 

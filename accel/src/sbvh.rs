@@ -15,12 +15,14 @@
 //! and each task fills its part from the front, so pages that are not needed are never touched.
 
 mod clip;
+mod cost;
 mod node;
 mod object;
 mod reference;
 mod spatial;
 
-use crate::wide::Costs;
+use cost::Costs;
+pub(crate) use cost::LEAF;
 pub(crate) use node::Node;
 use object::Partition;
 use rayon::prelude::*;

@@ -4,11 +4,15 @@
 mod x86;
 
 use crate::Ray;
-use crate::traverse::{STEEPEST, WIDENING};
 use glam::Vec3;
 use obvhs::cwbvh::node::CwBvhNode;
 #[cfg(target_arch = "x86_64")]
 pub use x86::Eight;
+
+/// `δ / R`, see `traverse`: 48 · 2⁻²⁴.
+pub(crate) const WIDENING: f32 = 48.0 / 16_777_216.0;
+/// Largest `|i|` in units of `1 / |direction|∞`.
+pub(crate) const STEEPEST: f32 = 8_388_608.0;
 
 /// A ray in the builder's units with its direction scaled to a largest component of 1. Slab distances are then of the
 /// size of the mesh.

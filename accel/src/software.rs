@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{Bvh, traverse};
+use crate::{Bvh, slabs};
 
 /// The WGSL function `intersect` of gemtrace's kernel for this hierarchy; needs [`Bvh::wgsl_constants`].
 pub const INTERSECT: &str = include_str!("intersect_software.wgsl");
@@ -33,8 +33,8 @@ impl Bvh {
     pub fn wgsl_constants(&self) -> String {
         format!(
             "const WIDENING: f32 = {:?};\nconst STEEPEST: f32 = {:?};\nconst TRAVERSAL_STACK: u32 = {};\n",
-            f64::from(traverse::WIDENING),
-            f64::from(traverse::STEEPEST),
+            f64::from(slabs::WIDENING),
+            f64::from(slabs::STEEPEST),
             self.stack_size(),
         )
     }

@@ -35,11 +35,6 @@ use crate::triangle::Shear;
 use crate::{Bvh, Hit, Ray};
 use stack::Stack;
 
-/// `δ / R`, see above: 48 · 2⁻²⁴.
-pub(crate) const WIDENING: f32 = 48.0 / 16_777_216.0;
-/// Largest `|i|` in units of `1 / |direction|∞`.
-pub(crate) const STEEPEST: f32 = 8_388_608.0;
-
 /// The interval of the search and the best hit so far.
 pub(crate) struct Search<'a, A> {
     ray: &'a Ray,

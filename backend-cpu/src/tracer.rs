@@ -12,7 +12,7 @@ use rayon::ThreadPool;
 use spectral_core::{
     Error,
     film::Film,
-    prepare::PreparedScene,
+    prepare::{Geometry, PreparedScene},
     tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
@@ -43,14 +43,24 @@ fn open_in(
     options: &OpenOptions,
 ) -> Result<Box<dyn Device>, Error> {
     let (device, options) = (device.clone(), *options);
+    let workers = schedule::workers(&options)?.map(Arc::new);
+    // The hierarchy over the last geometry that needed one.
+    let mut last: Option<(Arc<Geometry>, Arc<Surfaces>)> = None;
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
         let start = Instant::now();
         let path = match Chain::new(&scene, instructions) {
             Some(chain) => Path::Chain(chain),
-            None => Path::Tree(Tree::new(&scene, Surfaces::new(&scene)?, instructions)),
+            None => {
+                let surfaces = match last.take() {
+                    Some((geometry, surfaces)) if Arc::ptr_eq(&geometry, &scene.geometry) => surfaces,
+                    _ => Arc::new(Surfaces::new(&scene)?),
+                };
+                last = Some((scene.geometry.clone(), surfaces.clone()));
+                Path::Tree(Tree::new(&scene, surfaces, instructions))
+            }
         };
         let light = Light::new(&scene.environment);
-        let (device, workers) = (device.clone(), schedule::workers(&options)?);
+        let (device, workers) = (device.clone(), workers.clone());
         let build = Some(start.elapsed());
         Ok(Box::new(CpuTracer { device, path, light, scene, options, workers, build }) as Box<dyn Tracer>)
     }))
@@ -68,7 +78,7 @@ struct CpuTracer {
     light: Light,
     scene: Arc<PreparedScene>,
     options: OpenOptions,
-    workers: Option<ThreadPool>,
+    workers: Option<Arc<ThreadPool>>,
     /// Reported by the first call.
     build: Option<Duration>,
 }
@@ -85,7 +95,7 @@ impl Tracer for CpuTracer {
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
         let (scene, light, options, workers) =
-            (&*self.scene, &self.light, &self.options, self.workers.as_ref());
+            (&*self.scene, &self.light, &self.options, self.workers.as_deref());
         let outcome = match &self.path {
             Path::Chain(chain) => {
                 let tracer = ChainTracer { chain, scene, light };

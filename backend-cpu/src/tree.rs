@@ -23,11 +23,12 @@ use spectral_core::{
     settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The rules of transport over the scene's surfaces.
 #[derive(Debug)]
 pub(crate) struct Tree {
-    surfaces: Surfaces,
+    surfaces: Arc<Surfaces>,
     /// By rank: the planes of the convex stones that nothing else comes near.
     alone: Vec<Option<Planes>>,
     /// By rank: a sphere about each stone, centre and squared radius, where there are few stones.
@@ -72,7 +73,7 @@ struct Paths<'a> {
 const FEW: usize = 16;
 
 impl Tree {
-    pub fn new(scene: &PreparedScene, surfaces: Surfaces, instructions: Instructions) -> Self {
+    pub fn new(scene: &PreparedScene, surfaces: Arc<Surfaces>, instructions: Instructions) -> Self {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let geometry = &scene.geometry;
         let by_rank = || (0..geometry.stones.len()).map(|rank| geometry.stone(rank as Rank));

@@ -2,11 +2,10 @@
 
 use crate::{
     Intersection,
-    physical::{Driver, Limits, Physical, find},
-    submission::Submission,
+    physical::{Driver, Limits, Physical, find, reason},
 };
 use ash::{khr, vk};
-use spectral_core::{Error, kernel::schedule::COMPILE_DEADLINE, tracer::DeviceInfo};
+use spectral_core::{Error, tracer::DeviceInfo};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -141,16 +140,6 @@ impl Gpu {
         move |result| error(&name, &what, result)
     }
 
-    /// Records commands, such as copies and builds, sends them, and waits for their end.
-    ///
-    /// # Errors
-    /// [`Error::Device`] where the device fails or hangs; it can then not be used any more.
-    pub fn prepare(self: &Arc<Self>, record: impl FnOnce(vk::CommandBuffer)) -> Result<(), Error> {
-        let mut submission = Submission::new(self)?;
-        submission.send(record)?;
-        submission.finish(COMPILE_DEADLINE)
-    }
-
     /// Whether what was made with this device may be destroyed: not where the device may still use it.
     pub fn releases(&self) -> bool {
         !self.failed.load(Ordering::Relaxed)
@@ -172,20 +161,5 @@ impl Gpu {
         unsafe { self.device.queue_submit(*queue, &submission, fence) }
             .map_err(self.failure("the work was refused"))
             .inspect_err(|_| self.abandon())
-    }
-}
-
-/// A failure of the API in words.
-pub(crate) fn reason(result: vk::Result) -> &'static str {
-    match result {
-        vk::Result::ERROR_OUT_OF_HOST_MEMORY => "the driver has no memory left",
-        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "the device has no memory left",
-        vk::Result::ERROR_DEVICE_LOST => "the device was lost",
-        vk::Result::ERROR_INITIALIZATION_FAILED => "the driver could not open the device",
-        vk::Result::ERROR_TOO_MANY_OBJECTS => "the driver allows no more objects",
-        vk::Result::ERROR_FEATURE_NOT_PRESENT | vk::Result::ERROR_EXTENSION_NOT_PRESENT => {
-            "the driver refuses a feature that it lists"
-        }
-        _ => "the driver reports a failure of its own",
     }
 }

@@ -1,6 +1,6 @@
 //! The loader, physical devices, and what they offer or lack.
 
-use crate::{Intersection, device::reason};
+use crate::Intersection;
 use ash::{khr, vk};
 use spectral_core::{
     kernel::WORKGROUP,
@@ -315,6 +315,21 @@ pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
 /// The device that a description is of, if it is still there.
 pub(crate) fn find(driver: &Driver, info: &DeviceInfo) -> Option<Physical> {
     driver.devices().into_iter().nth(info.index).filter(|device| device.name == info.name)
+}
+
+/// A failure of the API in words.
+pub(crate) fn reason(result: vk::Result) -> &'static str {
+    match result {
+        vk::Result::ERROR_OUT_OF_HOST_MEMORY => "the driver has no memory left",
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY => "the device has no memory left",
+        vk::Result::ERROR_DEVICE_LOST => "the device was lost",
+        vk::Result::ERROR_INITIALIZATION_FAILED => "the driver could not open the device",
+        vk::Result::ERROR_TOO_MANY_OBJECTS => "the driver allows no more objects",
+        vk::Result::ERROR_FEATURE_NOT_PRESENT | vk::Result::ERROR_EXTENSION_NOT_PRESENT => {
+            "the driver refuses a feature that it lists"
+        }
+        _ => "the driver reports a failure of its own",
+    }
 }
 
 #[cfg(test)]

@@ -117,3 +117,16 @@ impl Submission {
         Ok(())
     }
 }
+
+// Here, so that devices do not know of submissions.
+impl Gpu {
+    /// Records commands, such as copies and builds, sends them, and waits for their end.
+    ///
+    /// # Errors
+    /// [`Error::Device`] where the device fails or hangs; it can then not be used any more.
+    pub fn prepare(self: &Arc<Self>, record: impl FnOnce(vk::CommandBuffer)) -> Result<(), Error> {
+        let mut submission = Submission::new(self)?;
+        submission.send(record)?;
+        submission.finish(COMPILE_DEADLINE)
+    }
+}

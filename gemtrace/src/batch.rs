@@ -12,6 +12,7 @@
 //! * A [`Shard`](crate::shard::Shard) of a plan is for one of several machines, which share nothing but the output folder.
 //! * [`merge`] finds out whether all is there and whole; [`page`] shows it.
 
+pub mod entry;
 pub mod manifest;
 pub mod merge;
 pub mod page;

@@ -11,6 +11,7 @@ pub mod mesh;
 mod obj;
 #[cfg(feature = "formats")]
 mod ply;
+mod soup;
 #[cfg(feature = "formats")]
 mod stl;
 

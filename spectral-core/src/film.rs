@@ -8,7 +8,7 @@ pub use agreement::Agreement;
 pub use convergence::BLOCK;
 pub use sums::PixelSums;
 
-use crate::{Error, color::RgbSpace, prepare::PreparedScene};
+use crate::{Error, color::RgbSpace};
 use std::ops::Range;
 
 /// One finished pixel sample.
@@ -80,12 +80,6 @@ impl Film {
     /// The largest memory of a film, bytes (16 GiB).
     pub const MAX_BYTES: u64 = 16 << 30;
 
-    /// An empty film for a prepared scene.
-    pub fn new(scene: &PreparedScene) -> Self {
-        let wavelengths = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
-        Film::empty(scene.width, scene.height, wavelengths)
-    }
-
     /// An empty film of a size, for example for sums from a file; `wavelengths` is 0 unless it is spectral.
     ///
     /// # Errors
@@ -95,7 +89,7 @@ impl Film {
         Ok(Film::empty(width, height, wavelengths))
     }
 
-    fn empty(width: u32, height: u32, wavelengths: usize) -> Self {
+    pub(crate) fn empty(width: u32, height: u32, wavelengths: usize) -> Self {
         let pixels = width as usize * height as usize;
         Film {
             width,

@@ -190,6 +190,15 @@ impl PreparedScene {
     }
 }
 
+// Here, so that films do not know of scenes.
+impl Film {
+    /// An empty film for a prepared scene.
+    pub fn new(scene: &PreparedScene) -> Self {
+        let wavelengths = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
+        Film::empty(scene.width, scene.height, wavelengths)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

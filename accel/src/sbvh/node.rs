@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
+use super::cost::{Costs, Form};
 use crate::bounds::Bounds;
-use crate::wide::{Costs, Form};
 
 /// A node of the binary tree in the builder's sparse array. Vacant entries are all zero bits.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -1,11 +1,11 @@
 //! Checks that all pictures of a plan are there and complete, and joins what several machines rendered.
 
+use super::entry::{Entry, ExpectedItem};
 use super::manifest::{self, Done, Event};
 use super::{Plan, page};
 use crate::shard::Shard;
 use crate::{Error, import, output};
 use serde::Deserialize;
-use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -16,28 +16,6 @@ pub struct Expected {
     pub title: String,
     /// The pictures that belong into the folder, in order.
     pub items: Vec<ExpectedItem>,
-}
-
-/// An item as [`Plan::FILE`] describes it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct ExpectedItem {
-    /// Its name.
-    pub item: String,
-    /// What sets it apart.
-    pub values: Map<String, Value>,
-    /// What it is made from; see [`Plan::identity`].
-    pub identity: String,
-    /// Its files, below the output folder.
-    pub files: Vec<String>,
-}
-
-/// An item and its outcome.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
-    /// The item.
-    pub item: ExpectedItem,
-    /// Its line in the manifest, or what keeps it from being there, for people.
-    pub outcome: Result<Box<Done>, String>,
 }
 
 /// What was joined.

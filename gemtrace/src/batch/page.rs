@@ -2,8 +2,9 @@
 
 mod thumbnail;
 
+use super::entry::Entry;
 use super::manifest::Done;
-use super::merge::Entry;
+
 use crate::plot::escape;
 use crate::quantity::{count, measured, percent};
 use crate::{Error, output};

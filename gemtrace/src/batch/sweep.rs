@@ -28,6 +28,7 @@
 mod axis;
 mod base;
 mod change;
+mod overlay;
 mod template;
 mod view;
 
@@ -171,7 +172,7 @@ fn listed_items(
         let picked: Vec<&Choice> = picked.iter().collect();
         let mut item = item(number, base, &picked, name, template).map_err(|e| fields.error(e))?;
         if let Some(change) = &change {
-            change::lay(&mut item.scene, change);
+            overlay::lay(&mut item.scene, change);
         }
         Ok(item)
     };

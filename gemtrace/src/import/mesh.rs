@@ -4,17 +4,9 @@ use super::{about, blame, extension, obj};
 #[cfg(feature = "formats")]
 use super::{ply, stl};
 use crate::Error;
-use glam::DVec3;
 use spectral_core::Warning;
 use spectral_core::mesh::{Mesh, MeshOptions};
 use std::path::Path;
-
-/// Loose triangles as a file holds them.
-#[derive(Debug)]
-pub(super) struct Soup {
-    pub positions: Vec<DVec3>,
-    pub triangles: Vec<[u32; 3]>,
-}
 
 /// A mesh file format, known by the file's extension.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

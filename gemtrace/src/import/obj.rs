@@ -3,7 +3,7 @@
 //! Read here and not by a crate so that messages can name the file's own line and vertex: `tobj` gives no
 //! lines, renumbers vertices, and overflows on texture indices that do not exist.
 
-use super::mesh::Soup;
+use super::soup::Soup;
 use glam::DVec3;
 use spectral_core::mesh::polygon;
 

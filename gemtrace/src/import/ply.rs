@@ -1,6 +1,6 @@
 //! PLY, text and binary, through the crate `ply-rs-bw`.
 
-use super::mesh::Soup;
+use super::soup::Soup;
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};

@@ -1,6 +1,6 @@
 //! STL, text and binary, through the crate `stl_io`.
 
-use super::mesh::Soup;
+use super::soup::Soup;
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;

@@ -1,6 +1,6 @@
 //! The scene that is changed.
 
-use super::change;
+use super::overlay;
 use crate::scene_file::fields::{Document, Fields};
 use crate::{Error, import};
 use std::path::Path;
@@ -25,7 +25,7 @@ pub fn read(root: &Fields, folder: &Path) -> Result<Base, Error> {
     };
     if let Some(entry) = root.get("set") {
         entry.fields("[set]")?;
-        change::lay(&mut scene, &entry.read()?);
+        overlay::lay(&mut scene, &entry.read()?);
     }
     let stones = scene.get("stone").and_then(Value::as_array).map_or(0, Vec::len);
     let stone = match root.get("stone") {

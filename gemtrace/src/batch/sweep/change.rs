@@ -1,5 +1,6 @@
 //! What is changed in a scene, as a change of its TOML document.
 
+use super::overlay::lay;
 use super::view::Viewpoint;
 use toml::{Table, Value};
 
@@ -64,16 +65,6 @@ impl Change {
                 lay(scene, keys);
                 Ok(())
             }
-        }
-    }
-}
-
-/// Lays a table over another: tables in tables key by key, anything else in place of what was there.
-pub fn lay(under: &mut Table, over: &Table) {
-    for (key, value) in over {
-        match (under.get_mut(key), value) {
-            (Some(Value::Table(under)), Value::Table(over)) => lay(under, over),
-            _ => drop(under.insert(key.clone(), value.clone())),
         }
     }
 }

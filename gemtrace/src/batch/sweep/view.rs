@@ -1,6 +1,6 @@
 //! Where the camera stands.
 
-use super::change::lay;
+use super::overlay::lay;
 use toml::{Table, Value};
 
 /// A camera by its keys, or by two angles about what the base scene's camera looks at.
