@@ -1,6 +1,8 @@
 //! The picture has the same bits however the work is divided.
 
 use backend_cpu::{Instructions, cpu_in};
+use backend_vulkan::VULKAN;
+use backend_wgpu::WGPU;
 use gemtrace_tests::prelude::*;
 
 fn ruby() -> Scene {
@@ -78,4 +80,34 @@ fn through_the_hierarchy() {
 fn by_the_oracle() {
     let small = Scene { width: 17, height: 13, ..ruby() };
     however_divided(&REFERENCE, &small);
+}
+
+/// A device keeps what scenes share, and each picture is that of a device opened for it alone.
+#[test]
+fn scene_after_scene_on_one_device() {
+    let mut pair = ruby();
+    pair.stones.push(at(gem("step", material("quartz")), [9.0, 0.0, 0.0]));
+    let [mut other_material, mut other_pose, mut other_light] = [(); 3].map(|()| pair.clone());
+    other_material.stones[1] = at(gem("step", material("diamond")), [9.0, 0.0, 0.0]);
+    other_pose.stones[0].rotation.z = 20.0;
+    other_light.environment = half(DVec3::Z);
+    for backend in [CPU, WGPU, VULKAN] {
+        let (options, Some(device)) = (OpenOptions::default(), (backend.devices)().into_iter().next()) else {
+            continue;
+        };
+        let mut kept = (backend.open)(&device, &options).expect("opens");
+        let mut last: Option<Arc<PreparedScene>> = None;
+        let scenes = [&pair, &other_material, &ruby(), &other_pose, &other_light, &pair];
+        for (number, scene) in scenes.into_iter().enumerate() {
+            let shared = match last {
+                Some(last) => Arc::new(last.update(scene, &quick()).expect("a valid scene")),
+                None => prepared(scene, &quick()),
+            };
+            let mut film = Film::new(&shared);
+            trace(&mut *kept.load(shared.clone()).expect("loads"), 0..8, &mut film);
+            let alone = render(&backend, scene, &quick());
+            assert!(film == alone.film, "{}, scene {number}: the pixels differ", backend.name);
+            last = Some(shared);
+        }
+    }
 }
