@@ -1,5 +1,6 @@
 //! Arguments that several commands have.
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gemtrace::scene_file::Override;
 use gemtrace::{Error, Session, registry};
 use spectral_core::settings::Quality;
@@ -14,8 +15,8 @@ pub struct Rendering {
     /// Which of the backend's devices, counted from 0.
     #[arg(long, value_name = "N")]
     pub device: Option<usize>,
-    /// Samples, wavelengths, depth and thresholds chosen together, in place of the scene's: draft, normal or final.
-    #[arg(long, value_name = "NAME", value_parser = parse_quality)]
+    /// Samples, wavelengths, depth and thresholds chosen together, in place of the scene's.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Quality::ALL, Quality::name))]
     pub quality: Option<Quality>,
     /// Samples for every pixel, or with --tolerance the most, in place of the scene's.
     #[arg(long, value_name = "N")]
@@ -57,8 +58,16 @@ pub fn open_options(threads: Option<u32>) -> OpenOptions {
     OpenOptions { threads: threads.map(|n| n as usize), ..OpenOptions::default() }
 }
 
-fn parse_quality(name: &str) -> Result<Quality, String> {
-    Quality::by_name(name).map_err(|e| e.to_string())
+/// A parser for values that have names: help, errors and completions list them.
+pub fn one_of<T: Copy + Send + Sync + 'static>(
+    all: &'static [T],
+    name: fn(T) -> &'static str,
+) -> impl TypedValueParser<Value = T> {
+    let value = move |text: String| {
+        let found = all.iter().find(|value| name(**value).eq_ignore_ascii_case(&text));
+        found.copied().ok_or("this value has no such name")
+    };
+    PossibleValuesParser::new(all.iter().map(|value| name(*value))).try_map(value)
 }
 
 /// A picture's size from "800x600".
@@ -67,6 +76,15 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     match parts.as_slice() {
         [Ok(width), Ok(height)] if *width > 0 && *height > 0 => Ok([*width, *height]),
         _ => Err("give width and height in pixels, such as 800x600".to_owned()),
+    }
+}
+
+/// The edge of a square raster from "300" or "300x300".
+pub fn parse_square(text: &str) -> Result<u32, String> {
+    let size = text.trim().parse().map(|edge| [edge, edge]).or_else(|_| parse_size(text));
+    match size {
+        Ok([width, height]) if width == height && (1..=8192).contains(&width) => Ok(width),
+        _ => Err("the raster is square, at most 8192 rays an edge: give 300x300, or 300".to_owned()),
     }
 }
 
@@ -79,6 +97,14 @@ pub fn parse_stops(text: &str) -> Result<f64, String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_raster_is_square() {
+        assert_eq!(["300x300", "300", " 1 × 1 "].map(parse_square), [Ok(300), Ok(300), Ok(1)]);
+        for bad in ["300x200", "0", "8193", "8193x8193", "-1", "x"] {
+            assert!(parse_square(bad).is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn sizes_are_width_times_height() {

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod check;
 pub mod cut;
 pub mod devices;
+mod manual;
 pub mod materials;
 pub mod measure;
 pub mod merge;
@@ -15,6 +16,7 @@ pub mod spectrum;
 mod table;
 
 use crate::console::{Console, Interrupt, Report};
+use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use gemtrace::Error;
 use serde_json::json;
@@ -34,7 +36,7 @@ Exit codes:
 #[derive(Debug, Parser)]
 #[command(name = "gemtrace", version, about, after_help = EXIT_CODES, propagate_version = true)]
 pub struct Cli {
-    /// Print one JSON object instead of text; what went wrong is in its "failure".
+    /// Print one JSON object instead of text, see docs/json.md; what went wrong is in its "failure".
     #[arg(long, global = true)]
     pub json: bool,
     /// Print errors and nothing else; no progress, no warnings, no closing line.
@@ -74,6 +76,10 @@ pub enum Command {
     Measure(measure::Args),
     /// Measure every device on the same scenes: speed, time to first pixel, agreement with the processor.
     Bench(bench::Args),
+    /// Print a script that completes commands and options in a shell.
+    Completions(manual::CompletionArgs),
+    /// Print the manual page of the program, or of a command.
+    Man(manual::Args),
 }
 
 /// Runs a command.
@@ -95,40 +101,70 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Devices(args) => Ok(devices::run(args)),
         Command::Measure(args) => measure::run(args, console),
         Command::Bench(args) => bench::run(args, console),
+        Command::Completions(args) => Ok(manual::completions(args)),
+        Command::Man(args) => manual::run(args),
     }
 }
 
 /// Runs the whole program but for parsing: prints the report to `out`, warnings and errors to `log`, and
 /// returns the exit code.
 pub fn main(cli: &Cli, out: &mut dyn Write, log: &mut dyn Write, interrupt: &Interrupt) -> u8 {
-    let result = run(&cli.command, &mut Console { log, quiet: cli.quiet, interrupt });
-    let (report, failure) = match result {
+    let mut console = Console { quiet: cli.quiet, json: cli.json, ..Console::new(log, interrupt) };
+    let (report, failure) = match run(&cli.command, &mut console) {
         Ok(report) => (Some(report.clone()), report.failure),
         Err(error) => (None, Some(error)),
     };
-    let printed = print(cli, report, failure.as_ref(), out);
-    let failure = failure.or(printed.err());
+    let warnings = std::mem::take(&mut console.warnings);
+    let text = if cli.json {
+        object(report, warnings, failure.as_ref().map(|error| (error.to_string(), error.exit_code())))
+    } else {
+        report.filter(|_| !cli.quiet).map_or(String::new(), |r| r.text)
+    };
+    let failure = failure.or(print(&text, out).err());
     if let Some(error) = &failure {
-        writeln!(log, "error: {error}").ok();
+        let line = if cli.json {
+            json!({ "error": error.to_string() }).to_string()
+        } else {
+            format!("error: {error}")
+        };
+        writeln!(log, "{line}").ok();
     }
     failure.map_or(0, |error| error.exit_code())
 }
 
-fn print(
-    cli: &Cli,
-    report: Option<Report>,
-    failure: Option<&Error>,
-    out: &mut dyn Write,
-) -> Result<(), Error> {
-    let text = if cli.json {
-        let mut object = report.map_or(json!({}), |r| r.json);
-        if let Some(error) = failure {
-            object["failure"] = json!({ "message": error.to_string(), "exit_code": error.exit_code() });
-        }
-        object.to_string()
+/// Says what is wrong with a command line, or shows the help that was asked for. Returns the exit code.
+pub fn refuse(error: &clap::Error, json: bool, out: &mut dyn Write) -> u8 {
+    let help = matches!(error.kind(), ErrorKind::DisplayHelp | ErrorKind::DisplayVersion);
+    if json && !help {
+        let text = error.render().to_string();
+        // Without the hints of how to call the program, which follow after an empty line.
+        let message = text.split("\n\nUsage").next().unwrap_or_default().split("\n\nFor more").next();
+        let message = message.unwrap_or_default().trim_start_matches("error: ").trim();
+        print(&object(None, Vec::new(), Some((message.to_owned(), 2))), out).ok();
     } else {
-        report.filter(|_| !cli.quiet).map_or(String::new(), |r| r.text)
-    };
+        // If the stream is closed, there is nowhere to report it.
+        error.print().ok();
+    }
+    if help { 0 } else { 2 }
+}
+
+/// The number of the layout of what `--json` prints, which docs/json.md describes.
+const FORMAT: u32 = 1;
+
+/// What `--json` prints.
+fn object(report: Option<Report>, warnings: Vec<String>, failure: Option<(String, u8)>) -> String {
+    let mut object = report.map_or(json!({}), |report| report.json);
+    object["format"] = json!(FORMAT);
+    if object.get("warnings").is_none() {
+        object["warnings"] = json!(warnings);
+    }
+    if let Some((message, exit_code)) = failure {
+        object["failure"] = json!({ "message": message, "exit_code": exit_code });
+    }
+    object.to_string()
+}
+
+fn print(text: &str, out: &mut dyn Write) -> Result<(), Error> {
     if text.is_empty() {
         return Ok(());
     }

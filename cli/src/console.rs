@@ -1,7 +1,7 @@
 //! How a command and a person exchange remarks, a report, and a request to stop.
 
 use gemtrace::Error;
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
@@ -59,26 +59,44 @@ impl Report {
 
 /// Where a command's remarks go while it runs, and how it is stopped.
 pub struct Console<'a> {
-    /// Warnings, one a line.
+    /// Remarks, one a line.
     pub log: &'a mut dyn Write,
-    /// No warnings and no progress bar.
+    /// No remarks and no progress bar.
     pub quiet: bool,
+    /// Whether a remark is a JSON object: `{"warning": "…"}`.
+    pub json: bool,
     /// A request to stop.
     pub interrupt: &'a Interrupt,
+    /// What was warned of.
+    pub warnings: Vec<String>,
 }
 
-impl Console<'_> {
+impl<'a> Console<'a> {
+    /// Remarks go to `log` as text.
+    pub fn new(log: &'a mut dyn Write, interrupt: &'a Interrupt) -> Self {
+        Console { log, quiet: false, json: false, interrupt, warnings: Vec::new() }
+    }
+
     /// Tells a person what is being done.
     pub fn say(&mut self, message: impl std::fmt::Display) {
-        if !self.quiet {
-            // If the standard error is closed, there is nowhere to report it.
-            writeln!(self.log, "{message}").ok();
-        }
+        self.remark("note", "", &message.to_string());
     }
 
     /// Tells a person of something that does not stop the work.
     pub fn warn(&mut self, message: impl std::fmt::Display) {
-        self.say(format_args!("warning: {message}"));
+        let message = message.to_string();
+        self.remark("warning", "warning: ", &message);
+        self.warnings.push(message);
+    }
+
+    fn remark(&mut self, kind: &str, prefix: &str, message: &str) {
+        if self.quiet {
+            return;
+        }
+        let line =
+            if self.json { json!({ kind: message }).to_string() } else { format!("{prefix}{message}") };
+        // If the standard error is closed, there is nowhere to report it.
+        writeln!(self.log, "{line}").ok();
     }
 }
 

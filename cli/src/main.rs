@@ -8,7 +8,15 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 fn main() -> ExitCode {
-    let cli = commands::Cli::parse();
+    let cli = match commands::Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => {
+            let json = std::env::args_os()
+                .take_while(|argument| argument != "--")
+                .any(|argument| argument == "--json");
+            return ExitCode::from(commands::refuse(&error, json, &mut std::io::stdout()));
+        }
+    };
     let interrupt = Arc::new(Interrupt::default());
     let requested = Arc::clone(&interrupt);
     let handler = move || {

@@ -45,7 +45,8 @@ fn render(folder: &Path, name: &str, light: &str, stone: &str) {
     let arguments = ["gemtrace", "render", "--backend", "cpu", "--threads", "2", "-o"].map(Into::into);
     let files = [picture.into_os_string(), scene_file.into_os_string()];
     let cli = <Cli as clap::Parser>::parse_from(arguments.into_iter().chain(files));
-    let mut console = Console { log: &mut Vec::new(), quiet: true, interrupt: &Interrupt::default() };
+    let (mut log, interrupt) = (std::io::sink(), Interrupt::default());
+    let mut console = Console { quiet: true, ..Console::new(&mut log, &interrupt) };
     run(&cli.command, &mut console).expect("a picture");
 }
 

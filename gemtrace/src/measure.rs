@@ -30,6 +30,19 @@ pub enum Hinge {
     Y,
 }
 
+impl Hinge {
+    /// Both of them.
+    pub const ALL: [Hinge; 2] = [Hinge::X, Hinge::Y];
+
+    /// The axis' name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Hinge::X => "x",
+            Hinge::Y => "y",
+        }
+    }
+}
+
 /// How a stone is looked at.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Conditions {

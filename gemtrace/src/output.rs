@@ -66,6 +66,17 @@ pub enum Depth {
 }
 
 impl Depth {
+    /// Both of them.
+    pub const ALL: [Depth; 2] = [Depth::Eight, Depth::Sixteen];
+
+    /// The number of bits, as a name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Depth::Eight => "8",
+            Depth::Sixteen => "16",
+        }
+    }
+
     /// The number of bits.
     pub fn bits(self) -> u32 {
         match self {
@@ -76,7 +87,7 @@ impl Depth {
 
     /// The depth of 8 or 16 bits.
     pub fn of_bits(bits: u32) -> Option<Self> {
-        [Depth::Eight, Depth::Sixteen].into_iter().find(|depth| depth.bits() == bits)
+        Depth::ALL.into_iter().find(|depth| depth.bits() == bits)
     }
 }
 
@@ -98,7 +109,7 @@ impl Target {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Output`] for any other extension, or none.
+    /// [`Error::Usage`] for any other extension, or none.
     pub fn new(path: impl Into<PathBuf>) -> Result<Self, Error> {
         let path = path.into();
         let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
@@ -106,8 +117,9 @@ impl Target {
             Some("png") => Format::Png,
             Some("exr") => Format::Exr,
             _ => {
+                let name = path.display();
                 let message = "pictures are written as PNG or EXR; end the name in '.png' or '.exr'";
-                return Err(Error::output(path, message));
+                return Err(Error::Usage(format!("{name}: {message}")));
             }
         };
         Ok(Target { path, format })

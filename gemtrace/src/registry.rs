@@ -75,8 +75,8 @@ pub struct Candidates {
 /// [`choose_among`] the [`backends`] of this program.
 ///
 /// ```
-/// let error = gemtrace::registry::choose("cpi", None).unwrap_err();
-/// assert_eq!(error.to_string(), "unknown backend 'cpi'; did you mean 'cpu'?");
+/// let error = gemtrace::registry::choose("gpu", None).unwrap_err();
+/// assert_eq!(error.to_string(), "unknown backend 'gpu'; valid: auto, cpu, wgpu, vulkan, reference");
 /// assert_eq!(error.exit_code(), 2);
 /// ```
 ///
@@ -110,9 +110,13 @@ pub fn known<'a>(backends: &'a [Backend], name: &str) -> Result<Option<&'a Backe
     if name == AUTO {
         return Ok(None);
     }
-    let names = || std::iter::once(AUTO).chain(backends.iter().map(|b| b.name));
-    let unknown = || Error::Usage(spectral_core::Error::unknown("backend", name, names()).to_string());
-    backends.iter().find(|b| b.name == name).map(Some).ok_or_else(unknown)
+    let names = std::iter::once(AUTO).chain(backends.iter().map(|b| b.name));
+    backends.iter().find(|b| b.name == name).map(Some).ok_or_else(|| unknown(name, names))
+}
+
+/// That no backend has this name. All names are listed, not only the nearest: "gpu" is near to "cpu", and means another.
+pub fn unknown<'a>(name: &str, valid: impl Iterator<Item = &'a str>) -> Error {
+    Error::Usage(format!("unknown backend '{name}'; valid: {}", valid.collect::<Vec<_>>().join(", ")))
 }
 
 /// [`choose_among`], for one picture of a scene: [`AUTO`] leaves a small one of a lone convex stone to the processor
@@ -217,6 +221,15 @@ impl Iterator for Candidates {
             return Some(Choice { backend, device, reason });
         }
         None
+    }
+}
+
+/// What a device is: "processor", "GPU" or "software GPU".
+pub fn kind(device: &DeviceInfo) -> &'static str {
+    match device.backend {
+        CPU | REFERENCE => "processor",
+        _ if device.hardware => "GPU",
+        _ => "software GPU",
     }
 }
 

@@ -156,16 +156,24 @@ fn odd_channels_are_named() {
 
 #[test]
 fn broken_texels_are_counted_and_replaced() {
-    let values = [1.0, f32::NAN, f32::INFINITY, 4.0, -5.0, 6.0, 7.0, 8.0];
+    let values = |low| [1.0, f32::NAN, f32::INFINITY, 4.0, low, 6.0, 7.0, 8.0];
+    let read = |low| environment("a.exr", &grey(&values(low)));
+    let (image, warnings) = read(-5.0);
+    assert_eq!(image.texels()[..5], [[1.0; 3], [0.0; 3], [0.0; 3], [4.0; 3], [0.0; 3]]);
+    assert!(warnings[0].starts_with("a.exr: 2 of the environment's 8 texels are not finite"), "{warnings:?}");
+    assert!(warnings[1].starts_with("a.exr: 1 of the environment's 8 texels"), "{warnings:?}");
+    // 1/40 of a light of 26: beyond it there is something to see.
+    assert_eq!([-0.66, -0.64, -0.0].map(|low| read(low).1.len()), [2, 1, 1]);
+}
+
+/// Grey texels, 4 × 2.
+fn grey(values: &[f32; 8]) -> Vec<u8> {
     let channel = |name| AnyChannel::new(name, FlatSamples::F32(values.to_vec()));
     let channels = AnyChannels::sort(["R", "G", "B"].into_iter().map(channel).collect::<SmallVec<[_; 4]>>());
     let layer = Layer::new((4, 2), LayerAttributes::default(), Encoding::UNCOMPRESSED, channels);
     let mut bytes = Cursor::new(Vec::new());
     Image::from_layer(layer).write().to_buffered(&mut bytes).unwrap();
-    let (image, warnings) = environment("a.exr", &bytes.into_inner());
-    assert_eq!(image.texels()[..5], [[1.0; 3], [0.0; 3], [0.0; 3], [4.0; 3], [0.0; 3]]);
-    assert!(warnings[0].starts_with("a.exr: 2 of the environment's 8 texels are not finite"), "{warnings:?}");
-    assert!(warnings[1].starts_with("a.exr: 1 of the environment's 8 texels"), "{warnings:?}");
+    bytes.into_inner()
 }
 
 #[test]

@@ -16,8 +16,8 @@ fn photograph(name: &str) -> Environment {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/environments").join(name);
     let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
     let (image, warnings): (LatLong, _) = environment::read(&path, &bytes).expect("a lat-long image");
-    // Compression artefacts beside the lamps: some components are negative.
-    assert!(warnings.iter().all(|w| w.message.contains("lie outside sRGB")), "{warnings:?}");
+    // Compression artefacts beside the lamps: some components are negative, too few for anyone to see.
+    assert!(warnings.is_empty(), "{warnings:?}");
     Environment { rotation: 25.0, scale: 1.0, ..Environment::image(image) }
 }
 

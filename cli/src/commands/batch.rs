@@ -99,10 +99,14 @@ const PATIENCE: Duration = Duration::from_secs(30);
 impl Follower<'_, '_> {
     /// Writes a line without tearing the bars.
     fn say(&mut self, message: impl std::fmt::Display) {
+        self.tell(|console| console.say(message));
+    }
+
+    fn tell(&mut self, write: impl FnOnce(&mut Console)) {
         let console = &mut *self.console;
         match &self.board {
-            Some(board) => board.aside(|| console.say(message)),
-            None => console.say(message),
+            Some(board) => board.aside(|| write(console)),
+            None => write(console),
         }
     }
 }
@@ -128,7 +132,7 @@ impl Watch for Follower<'_, '_> {
     }
 
     fn warning(&mut self, message: &str) {
-        self.say(format_args!("warning: {message}"));
+        self.tell(|console| console.warn(message));
     }
 }
 

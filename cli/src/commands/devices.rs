@@ -46,7 +46,7 @@ fn row(backend: &Backend, device: &DeviceInfo) -> Vec<String> {
         device.name.clone(),
         or_dash(device.driver.clone()),
         memory(device.memory),
-        kind(device).to_owned(),
+        registry::kind(device).to_owned(),
         device.intersection.to_owned(),
     ]
 }
@@ -58,10 +58,6 @@ fn unusable_row(backend: &Backend, unusable: &Unusable) -> Vec<String> {
 
 fn memory(bytes: u64) -> String {
     if bytes == 0 { "–".to_owned() } else { format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30)) }
-}
-
-fn kind(device: &DeviceInfo) -> &'static str {
-    if device.hardware { "hardware" } else { "software" }
 }
 
 fn describe_unusable(unusable: &Unusable) -> Value {
@@ -85,7 +81,7 @@ mod tests {
         let report = list(&[backend_cpu::CPU, without, empty]);
         let lines: Vec<_> = report.text.lines().collect();
         assert!(
-            lines[1].starts_with("cpu      0       ") && lines[1].contains("hardware"),
+            lines[1].starts_with("cpu      0       ") && lines[1].contains("processor"),
             "{}",
             report.text
         );

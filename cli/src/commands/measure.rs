@@ -8,8 +8,9 @@ mod subject;
 mod table;
 mod tilt;
 
-use crate::arguments::open_options;
+use crate::arguments::{one_of, open_options, parse_square};
 use crate::console::{Console, Report};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gemtrace::measure::{Conditions, Hinge, Measurement, Position, sodium};
 use gemtrace::{Error, Session, output, registry};
 use spectral_core::environment::Pattern;
@@ -30,8 +31,9 @@ pub struct Args {
     /// Width in mm: the smaller extent [default: the scene's; for a cut or a mesh, the file's units as mm].
     #[arg(long, value_name = "MM")]
     pub width: Option<f64>,
-    /// Light models, separated by commas: iso, cos, sc2, random-patch, aset, ideal-scope, dome, spots.
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "iso,cos,sc2", value_parser = Pattern::by_name)]
+    /// Light models, separated by commas.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "iso,cos,sc2",
+        value_parser = PossibleValuesParser::new(Pattern::NAMES).try_map(|name| Pattern::by_name(&name)))]
     pub models: Vec<Pattern>,
     /// Half-angle of the viewer's head, degrees; 0 for none.
     #[arg(long, value_name = "DEGREES", default_value_t = 10.0)]
@@ -39,20 +41,20 @@ pub struct Args {
     /// Angles of tilt, degrees: one, some (0,10,20), or from..to:step [default: 0].
     #[arg(long, value_name = "ANGLES", allow_hyphen_values = true, default_value = "0", value_parser = tilt::parse)]
     pub tilt: tilt::Angles,
-    /// The axis that it is tilted about: x or y.
-    #[arg(long, value_name = "AXIS", default_value = "x", value_parser = parse_hinge)]
+    /// The axis that it is tilted about.
+    #[arg(long, value_name = "AXIS", default_value = "x", value_parser = one_of(&Hinge::ALL, Hinge::name))]
     pub about: Hinge,
     /// Distance of the eye in mm [default: a scene's camera; else infinite: parallel rays].
     #[arg(long, value_name = "MM")]
     pub eye: Option<f64>,
-    /// Rays along an edge of the raster [default: 300].
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=8192))]
+    /// Rays across the square raster [default: 300x300].
+    #[arg(long, value_name = "WxH", value_parser = parse_square)]
     pub size: Option<u32>,
     /// Surface events on a path, in place of the scene's.
     #[arg(long, value_name = "N")]
     pub max_depth: Option<u32>,
-    /// What becomes of a ray at that limit, in place of the scene's: exit or drop.
-    #[arg(long, value_name = "WHAT", value_parser = parse_leftover)]
+    /// What becomes of a ray at that limit, in place of the scene's.
+    #[arg(long, value_name = "WHAT", value_parser = one_of(&Leftover::ALL, Leftover::name))]
     pub leftover: Option<Leftover>,
     /// Throughput below which a ray in the stone is spent, in place of the scene's.
     #[arg(long, value_name = "SHARE")]
@@ -143,16 +145,4 @@ fn conditions(args: &Args, subject: &Subject) -> Result<Conditions, Error> {
         experimental: args.experimental,
         ..default
     })
-}
-
-fn parse_hinge(name: &str) -> Result<Hinge, String> {
-    match name {
-        "x" => Ok(Hinge::X),
-        "y" => Ok(Hinge::Y),
-        _ => Err("a stone is tilted about x or y".to_owned()),
-    }
-}
-
-fn parse_leftover(name: &str) -> Result<Leftover, String> {
-    Leftover::by_name(name).map_err(|e| e.to_string())
 }

@@ -2,7 +2,7 @@
 
 mod outcome;
 
-use crate::arguments::{Rendering, parse_stops};
+use crate::arguments::{Rendering, one_of, parse_stops};
 use crate::console::{Console, Report};
 use crate::progress::Onlooker;
 use gemtrace::output::{self, Depth, Format, Options, Picture, Target, Written};
@@ -32,8 +32,9 @@ pub struct Args {
     #[command(flatten)]
     #[allow(missing_docs, reason = "clap would print it as the command's own description")]
     pub rendering: Rendering,
-    /// Colour space of the EXR, and of the PNG up to Rec. 2020: srgb, p3, rec2020, acescg or xyz.
-    #[arg(long, value_name = "SPACE", default_value = "srgb", value_parser = parse_space)]
+    /// Colour space of the EXR, and of the PNG up to Rec. 2020.
+    #[arg(long, value_name = "SPACE", default_value = "srgb", ignore_case = true,
+        value_parser = one_of(&RgbSpace::ALL, RgbSpace::name))]
     pub space: RgbSpace,
     /// Brighten the PNG by this many stops; the EXR keeps the scene's own values.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
@@ -42,8 +43,8 @@ pub struct Args {
     /// the share that Slurm or Kubernetes gives.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<String>,
-    /// Bits a channel of the PNG: 8 or 16.
-    #[arg(long, value_name = "N", default_value = "8", value_parser = parse_depth)]
+    /// Bits a channel of the PNG.
+    #[arg(long, value_name = "N", default_value = "8", value_parser = one_of(&Depth::ALL, Depth::name))]
     pub bits: Depth,
 }
 
@@ -147,13 +148,4 @@ fn write(shard: Shard, targets: &[Target], picture: &Picture, rendered: &Rendere
 fn space_remarks(space: RgbSpace, targets: &[Target]) -> impl Iterator<Item = String> {
     let pngs = targets.iter().filter(move |t| t.format() == Format::Png && output::png_space(space) != space);
     pngs.map(move |t| format!("{} is in sRGB: {} is for EXR only", t.path().display(), space.name()))
-}
-
-fn parse_space(name: &str) -> Result<RgbSpace, String> {
-    RgbSpace::by_name(name).map_err(|e| e.to_string())
-}
-
-fn parse_depth(text: &str) -> Result<Depth, String> {
-    let depth = text.parse().ok().and_then(Depth::of_bits);
-    depth.ok_or_else(|| "a PNG has 8 or 16 bits a channel".to_owned())
 }

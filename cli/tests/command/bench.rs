@@ -87,7 +87,7 @@ fn the_page_stands_alone_and_escapes_what_it_quotes() {
 #[test]
 fn what_cannot_be_measured_is_refused_before_the_first_ray() {
     for (arguments, code, message) in [
-        (&["--backend", "cpuu"][..], 2, "unknown backend 'cpuu'; did you mean 'cpu'?"),
+        (&["--backend", "cpuu"][..], 2, "unknown backend 'cpuu'; valid: cpu, wgpu, vulkan, reference"),
         (&["briliant"], 2, "unknown scene 'briliant'; did you mean 'brilliant'?"),
         (&["missing.toml"], 3, "missing.toml: no such file"),
         (&["--output", "page.png"], 4, "the page is HTML; end the name in '.html'"),

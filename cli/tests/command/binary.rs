@@ -1,6 +1,6 @@
 //! The program as a process: exit codes, streams, signals.
 
-use super::support::Workplace;
+use super::support::{SCENE, Workplace};
 use serde_json::Value;
 use std::process::{Command, Output, Stdio};
 
@@ -45,12 +45,82 @@ fn json_is_one_object_even_for_failures() {
         let output = gemtrace(&place, &[arguments, &["--json"]].concat());
         assert_eq!(code(&output), 0, "{arguments:?}: {}", text(&output.stderr));
         let json: Value = serde_json::from_slice(&output.stdout).unwrap();
-        assert!(json.is_object() && json.get("failure").is_none());
+        assert!(json["format"] == 1 && json["warnings"].is_array() && json.get("failure").is_none());
     }
     let output = gemtrace(&place, &["render", "missing.toml", "--json"]);
     let json: Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!((code(&output), &json["failure"]["exit_code"]), (3, &Value::from(3)));
-    assert!(text(&output.stderr).starts_with("error: missing.toml: "));
+    let log: Value = serde_json::from_slice(&output.stderr).unwrap();
+    assert!(log["error"].as_str().unwrap().starts_with("missing.toml: "));
+}
+
+/// A script reads no sentence that is not JSON.
+#[test]
+fn with_json_remarks_and_refused_command_lines_are_json_too() {
+    let place = Workplace::with(&SCENE.replace("max_depth", "# max_depth"));
+    let refused = gemtrace(&place, &["render", "tiny.toml", "--quality", "best", "--json"]);
+    let json: Value = serde_json::from_slice(&refused.stdout).unwrap();
+    assert_eq!((code(&refused), &json["failure"]["exit_code"], &json["format"]), (2, &2.into(), &1.into()));
+    let message = json["failure"]["message"].as_str().unwrap();
+    assert!(message.contains("'best'") && message.contains("draft, normal, final"), "{message}");
+    assert!(!message.contains("--help") && refused.stderr.is_empty());
+    // After `--` it is a file's name.
+    assert!(text(&gemtrace(&place, &["render", "--", "a", "--json"]).stderr).starts_with("error: "));
+    let remarks = gemtrace(&place, &["render", "tiny.toml", "--space", "xyz", "--json"]);
+    let log: Vec<Value> =
+        text(&remarks.stderr).lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    assert!(
+        log[0]["warning"].as_str().unwrap().contains("xyz is for EXR only") && log[1]["note"].is_string()
+    );
+    let json: Value = serde_json::from_slice(&remarks.stdout).unwrap();
+    assert_eq!(json["warnings"], Value::Array(vec![log[0]["warning"].clone()]));
+    let help = gemtrace(&place, &["render", "--help", "--json"]);
+    assert!(code(&help) == 0 && text(&help.stdout).contains("Usage: gemtrace render"));
+}
+
+#[test]
+fn completions_and_manual_pages_know_the_options_and_their_values() {
+    let place = Workplace::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = gemtrace(&place, &["completions", shell]);
+        let script = text(&output.stdout);
+        assert!(code(&output) == 0 && script.contains("quality"), "{shell}");
+        // These list values beside the options.
+        if ["bash", "zsh", "fish"].contains(&shell) {
+            assert!(["draft", "acescg", "16"].iter().all(|value| script.contains(value)), "{shell}");
+        }
+    }
+    assert!(text(&gemtrace(&place, &["completions", "csh"]).stderr).contains("possible values: bash"));
+    for (command, expected) in [
+        (&["man"][..], ".TH gemtrace 1"),
+        (&["man", "render"], ".TH gemtrace-render 1"),
+        (&["man", "sheet", "sizes"], "SYNOPSIS"),
+    ] {
+        let output = gemtrace(&place, command);
+        assert!(code(&output) == 0 && text(&output.stdout).contains(expected), "{}", text(&output.stdout));
+    }
+    let output = gemtrace(&place, &["man", "rendr"]);
+    assert!(code(&output) == 2 && text(&output.stderr).contains("did you mean 'render'?"));
+}
+
+/// Colours are asked for here, since no terminal is there to ask for them.
+#[test]
+fn no_color_means_no_colours() {
+    let place = Workplace::new();
+    let colours = |name: &str| {
+        let mut command = place.gemtrace(&["render", "--help"]);
+        text(
+            &command
+                .env_remove("NO_COLOR")
+                .env("CLICOLOR_FORCE", "1")
+                .env(name, "1")
+                .output()
+                .unwrap()
+                .stdout,
+        )
+        .contains('\u{1b}')
+    };
+    assert_eq!(["OTHER", "NO_COLOR"].map(colours), [true, false]);
 }
 
 #[test]
@@ -58,11 +128,13 @@ fn every_kind_of_failure_has_its_exit_code() {
     let place = Workplace::new();
     for (arguments, wanted, message) in [
         (&["render"][..], 2, "<SCENE>"),
-        (&["render", "tiny.toml", "--backend", "cpuu"], 2, "did you mean 'cpu'?"),
+        (&["render", "tiny.toml", "--backend", "gpu"], 2, "valid: auto, cpu, wgpu, vulkan, reference"),
+        (&["render", "tiny.toml", "-o", "x.jpg"], 2, "'.png' or '.exr'"),
+        (&["measure", "tiny.toml", "--size", "30x20"], 2, "300x300"),
         (&["render", "tiny.toml", "--device", "7"], 2, "has no device 7; it has only device 0"),
         (&["render", "tiny.toml", "--size", "0x5"], 2, "800x600"),
         (&["bench", "--runs", "0"], 2, "0 is not in 1..=1000"),
-        (&["render", "tiny.toml", "--space", "rgb"], 2, "unknown colour space 'rgb'"),
+        (&["render", "tiny.toml", "--space", "rgb"], 2, "possible values: srgb"),
         (&["render", "missing.toml"], 3, "missing.toml: no such file"),
         (&["cut", "missing.asc"], 3, "missing.asc: no such file"),
         (&["render", "tiny.toml", "-o", "no/a.png"], 4, "does not exist"),

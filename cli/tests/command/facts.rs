@@ -197,3 +197,54 @@ fn backends_are_listed_and_warnings_go_to_the_log() {
     assert_eq!(result.unwrap().json["warnings"].as_array().unwrap().len(), 1);
     assert_eq!(command_with(&["check", &scene, "--quiet"], &Interrupt::default()).1, "");
 }
+
+/// Whoever reads `--json` finds each of its keys in docs/json.md.
+#[test]
+fn every_key_of_json_is_documented() {
+    fn undocumented(value: &Value, page: &str, found: &mut Vec<String>) {
+        match value {
+            Value::Object(entries) => entries.iter().for_each(|(key, value)| {
+                found.extend((!page.contains(&format!("`{key}`"))).then(|| key.clone()));
+                // The axes of a sweep have the names that the sweep gives them.
+                if key != "values" {
+                    undocumented(value, page, found);
+                }
+            }),
+            Value::Array(list) => list.iter().for_each(|value| undocumented(value, page, found)),
+            _ => (),
+        }
+    }
+    let page = include_str!("../../../docs/json.md");
+    let place = Workplace::swept();
+    place.write("tiny.toml", SCENE);
+    let [scene, sweep, output, png, svg] =
+        ["tiny.toml", "sweep.toml", "batch", "a.png", "a.svg"].map(|name| place.name(name));
+    let design = cut("srb_quartz_57.asc");
+    let small = ["--backend", "cpu", "--size", "4x4"];
+    let mut found = Vec::new();
+    for (arguments, options) in [
+        (&["render", &scene, "-o", &png][..], &small[..]),
+        (&["batch", &sweep, "-o", &output], &small),
+        (&["batch", &sweep, "--list"], &[]),
+        (&["batch", &sweep, "--show", "step-ruby-side"], &[]),
+        (&["merge", &output], &[]),
+        (&["tilt", &scene, "--frames", "2", "-o", &output], &small),
+        (&["sheet", "sizes", &scene, "-o", &png], &small),
+        (&["materials"], &[]),
+        (&["materials", "gold"], &[]),
+        (&["materials", "--sheet", &png], &["--backend", "cpu", "--size", "8x8", "--quality", "draft"]),
+        (&["spectrum", "0.1", "0.2", "0.3", "--svg", &svg], &[]),
+        (&["cut", &design], &[]),
+        (&["check", &scene], &[]),
+        (&["devices"], &[]),
+        (&["measure", &design, "--size", "9", "--experimental", "--models", "iso,cos,sc2"], &[]),
+        (&["bench", &scene, "--runs", "1"], &small),
+        (&["bench", "--list"], &[]),
+        (&["completions", "bash"], &[]),
+        (&["man"], &[]),
+    ] {
+        let report = command(&[arguments, options].concat()).unwrap_or_else(|e| panic!("{arguments:?}: {e}"));
+        undocumented(&report.json, page, &mut found);
+    }
+    assert!(found.is_empty(), "docs/json.md lacks {found:?}");
+}

@@ -191,9 +191,9 @@ fn what_cannot_be_measured_is_told() {
         assert_refused(measure(design, &[option]), 3, &format!("*{message}*"));
     }
     for (option, message) in [
-        ("--models=iso,sc3", "unknown light model 'sc3'; did you mean 'sc2'?"),
+        ("--models=iso,sc3", "invalid value 'sc3' for '--models*sc2"),
         ("--tilt=5..1", "'5..1' goes nowhere"),
-        ("--about=z", "a stone is tilted about x or y"),
+        ("--about=z", "invalid value 'z' for '--about*x, y"),
     ] {
         let error = Cli::try_parse_from(["gemtrace", "measure", "a.asc", option]).unwrap_err();
         assert_matches(&error.to_string(), &format!("*{message}*"));

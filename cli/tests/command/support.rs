@@ -169,7 +169,7 @@ pub fn command(arguments: &[&str]) -> Result<Report, Error> {
 /// The same, with what went to the log.
 pub fn command_with(arguments: &[&str], interrupt: &Interrupt) -> (Result<Report, Error>, String) {
     let cli = Cli::try_parse_from(std::iter::once(&"gemtrace").chain(arguments)).unwrap();
-    logged(|log| run(&cli.command, &mut Console { log, quiet: cli.quiet, interrupt }))
+    logged(|log| run(&cli.command, &mut Console { quiet: cli.quiet, ..Console::new(log, interrupt) }))
 }
 
 /// What a function returns that writes to a log, and the log.

@@ -146,7 +146,8 @@ fn a_named_device_is_asked_again_for_every_picture() {
         let mut session = Session::new(candidates, OpenOptions::default());
         let there = Place { output: place.path("out"), shard: Shard::WHOLE };
         logged(|log| {
-            let mut console = Console { log, quiet: false, interrupt: &Interrupt::default() };
+            let interrupt = Interrupt::default();
+            let mut console = Console::new(log, &interrupt);
             batch::render(&plan, &there, &mut session, &mut console).unwrap()
         })
     };
@@ -165,7 +166,7 @@ fn a_request_to_stop_ends_a_batch_between_pictures_or_within_one() {
     let mut session = Session::open("cpu").unwrap();
     let (mut log, interrupt) = (Vec::new(), Interrupt::default());
     interrupt.request();
-    let mut console = Console { log: &mut log, quiet: false, interrupt: &interrupt };
+    let mut console = Console::new(&mut log, &interrupt);
     let there = Place { output: place.path("out"), shard: Shard::WHOLE };
     let report = batch::render(&plan, &there, &mut session, &mut console).unwrap();
     assert_eq!((&report.json["rendered"], report.failure), (&0.into(), Some(gemtrace::Error::Interrupted)));

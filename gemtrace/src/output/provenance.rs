@@ -1,5 +1,6 @@
 //! What a picture says about its making.
 
+use crate::registry;
 use serde_json::{Map, Value, json};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
@@ -99,6 +100,7 @@ pub fn device(device: &DeviceInfo) -> Value {
         "memory": (device.memory > 0).then_some(device.memory),
         "intersection": device.intersection,
         "hardware": device.hardware,
+        "kind": registry::kind(device),
     })
 }
 

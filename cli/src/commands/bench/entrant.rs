@@ -26,8 +26,7 @@ pub fn entrants(names: &[String]) -> Result<Vec<Entrant>, Error> {
     let all = registry::backends();
     for name in names {
         if !all.iter().any(|b| b.name == name) {
-            let unknown = spectral_core::Error::unknown("backend", name, all.iter().map(|b| b.name));
-            return Err(Error::Usage(unknown.to_string()));
+            return Err(registry::unknown(name, all.iter().map(|b| b.name)));
         }
     }
     let mut entrants = Vec::new();
@@ -125,6 +124,6 @@ mod tests {
         assert!(names(&[]).contains(&"cpu".to_owned()) && !names(&[]).contains(&"reference".to_owned()));
         assert_eq!(names(&["reference", "cpu", "cpu"]), ["cpu", "reference"]);
         let error = entrants(&["vulcan".to_owned()]).unwrap_err();
-        assert_eq!(error.to_string(), "unknown backend 'vulcan'; did you mean 'vulkan'?");
+        assert_eq!(error.to_string(), "unknown backend 'vulcan'; valid: cpu, wgpu, vulkan, reference");
     }
 }

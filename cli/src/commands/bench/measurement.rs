@@ -307,7 +307,8 @@ mod tests {
 
     fn brilliant(interrupt: &Interrupt) -> Arc<PreparedScene> {
         let change = Override { size: Some([12, 12]), samples: Some(1), ..Override::default() };
-        let mut console = Console { log: &mut std::io::sink(), quiet: true, interrupt };
+        let mut log = std::io::sink();
+        let mut console = Console { quiet: true, ..Console::new(&mut log, interrupt) };
         Subject::new("brilliant", change, &mut console).unwrap().prepared
     }
 

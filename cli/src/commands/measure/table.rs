@@ -2,7 +2,7 @@
 
 use super::subject::Subject;
 use crate::commands::table::columns;
-use gemtrace::measure::{Conditions, Figures, Hinge, Position};
+use gemtrace::measure::{Conditions, Figures, Position};
 use gemtrace::plot::{Curve, Panel, svg_over};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
@@ -98,7 +98,7 @@ pub(super) fn json(subject: &Subject, conditions: &Conditions, positions: &[Posi
             "head": conditions.head,
             "eye_mm": conditions.eye,
             "size": conditions.size,
-            "about": if conditions.hinge == Hinge::X { "x" } else { "y" },
+            "about": conditions.hinge.name(),
             "wavelengths_nm": settings.wavelengths.nm(),
             "max_depth": settings.max_depth,
             "leftover": settings.leftover.name(),
