@@ -34,22 +34,40 @@ pub(crate) type Stop<'a> = dyn Fn() -> bool + 'a;
 struct Caller<'a> {
     flag: &'a AtomicBool,
     tell: RefCell<&'a mut dyn FnMut() -> ControlFlow<()>>,
-    asked: Cell<u32>,
+    /// How often it is asked before it looks at the clock again.
+    patience: Cell<u32>,
+    /// When it did so last.
+    looked: Cell<Instant>,
     due: Cell<Instant>,
 }
+
+/// Questions between two looks at the clock: one takes as long as a ray.
+const PATIENCE: u32 = 64;
+/// Where so many questions take longer than this, each is worth a look.
+const SLOW: Duration = Duration::from_millis(10);
 
 impl<'a> Caller<'a> {
     fn new(flag: &'a AtomicBool, tell: &'a mut dyn FnMut() -> ControlFlow<()>) -> Self {
         let due = Cell::new(Instant::now() + HEARTBEAT);
-        Caller { flag, tell: RefCell::new(tell), asked: Cell::new(0), due }
+        Caller {
+            flag,
+            tell: RefCell::new(tell),
+            patience: Cell::new(0),
+            looked: Cell::new(Instant::now()),
+            due,
+        }
     }
 
     /// Its [`Stop`].
     fn stops(&self) -> bool {
-        // A look at the clock takes as long as a ray.
-        self.asked.set(self.asked.get().wrapping_add(1));
-        if self.asked.get().is_multiple_of(64) {
-            self.tell_when_due();
+        match self.patience.get().checked_sub(1) {
+            Some(left) => self.patience.set(left),
+            None => {
+                let now = Instant::now();
+                let slow = now - self.looked.replace(now) > SLOW;
+                self.patience.set(if slow { 0 } else { PATIENCE });
+                self.tell_when_due();
+            }
         }
         self.flag.load(Ordering::Relaxed)
     }

@@ -123,7 +123,8 @@ impl TileTracer for TreeTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let blocks = Block::all(1, samples.clone().map(|sample| self.scene.table(sample)));
         let rays = self.scene.camera_rays(tile, samples.clone());
-        let arrivals: Vec<Arrival> = rays.map(|(_, ray)| self.arrival(&ray)).collect();
+        let arrival = |(_, ray): (u32, CameraRay)| if stop() { None } else { Some(self.arrival(&ray)) };
+        let arrivals: Vec<Arrival> = rays.map(arrival).collect::<Option<_>>()?;
         let mut radiances = vec![0.0; arrivals.len() * self.scene.wavelength_count()];
         let mut account = Account::default();
         account.start(radiances.len());

@@ -20,6 +20,7 @@ use clap::error::ErrorKind;
 use clap::{Parser, Subcommand};
 use gemtrace::Error;
 use serde_json::json;
+use spectral_core::{printable, shown_lines};
 use std::io::Write;
 
 const EXIT_CODES: &str = "\
@@ -116,16 +117,21 @@ pub fn main(cli: &Cli, out: &mut dyn Write, log: &mut dyn Write, interrupt: &Int
     };
     let warnings = std::mem::take(&mut console.warnings);
     let text = if cli.json {
-        object(report, warnings, failure.as_ref().map(|error| (error.to_string(), error.exit_code())))
+        object(
+            report,
+            warnings,
+            failure.as_ref().map(|error| (shown_lines(&error.to_string()), error.exit_code())),
+        )
     } else {
         report.filter(|_| !cli.quiet).map_or(String::new(), |r| r.text)
     };
     let failure = failure.or(print(&text, out).err());
     if let Some(error) = &failure {
+        let told = shown_lines(&error.to_string());
         let line = if cli.json {
-            json!({ "error": error.to_string() }).to_string()
+            printable(&json!({ "error": told }).to_string())
         } else {
-            format!("error: {error}")
+            format!("error: {told}")
         };
         writeln!(log, "{line}").ok();
     }
@@ -168,7 +174,7 @@ fn print(text: &str, out: &mut dyn Write) -> Result<(), Error> {
     if text.is_empty() {
         return Ok(());
     }
-    match writeln!(out, "{text}").and_then(|()| out.flush()) {
+    match writeln!(out, "{}", printable(text)).and_then(|()| out.flush()) {
         // Whoever reads us has seen enough (`gemtrace materials | head`).
         Err(e) if e.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
         Err(e) => Err(Error::output("standard output", format!("cannot be written ({e})"))),

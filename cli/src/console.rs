@@ -2,18 +2,21 @@
 
 use gemtrace::Error;
 use serde_json::{Value, json};
+use spectral_core::{printable, shown_lines};
 use std::io::Write;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
 
 /// A request to stop, shared with the handler of Ctrl-C.
 ///
 /// While a render runs, a request makes it stop and write what is finished. At any other time there is
-/// nothing to save, and the handler may end the process at once.
+/// nothing to save, and the handler may end the process at once; it may do so, too, where the work does not hear.
 #[derive(Debug, Default)]
 pub struct Interrupt {
     requested: AtomicBool,
     heeded: AtomicBool,
+    heard: AtomicBool,
 }
 
 impl Interrupt {
@@ -23,9 +26,25 @@ impl Interrupt {
         !self.requested.swap(true, Relaxed) && self.heeded.load(Relaxed)
     }
 
-    /// Whether someone has asked to stop.
+    /// Whether someone has asked to stop; who asks is taken to act on it.
     pub fn is_requested(&self) -> bool {
-        self.requested.load(Relaxed)
+        let requested = self.requested.load(Relaxed);
+        if requested {
+            self.heard.store(true, Relaxed);
+        }
+        requested
+    }
+
+    /// Waits until the work hears of the request; returns whether it did so within `patience`.
+    pub fn is_heard_within(&self, patience: Duration) -> bool {
+        let start = Instant::now();
+        while !self.heard.load(Relaxed) {
+            if start.elapsed() > patience {
+                return false;
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        true
     }
 
     /// [`ControlFlow::Break`] once someone has asked to stop.
@@ -93,8 +112,12 @@ impl<'a> Console<'a> {
         if self.quiet {
             return;
         }
-        let line =
-            if self.json { json!({ kind: message }).to_string() } else { format!("{prefix}{message}") };
+        let message = shown_lines(message);
+        let line = if self.json {
+            printable(&json!({ kind: message }).to_string())
+        } else {
+            format!("{prefix}{message}")
+        };
         // If the standard error is closed, there is nowhere to report it.
         writeln!(self.log, "{line}").ok();
     }
@@ -111,5 +134,7 @@ mod tests {
         let running = Interrupt::default();
         running.heed();
         assert!(running.request() && !running.request());
+        assert!(!running.is_heard_within(Duration::from_millis(20)));
+        assert!(running.flow().is_break() && running.is_heard_within(Duration::ZERO));
     }
 }

@@ -1,13 +1,14 @@
 //! The one error type of the program, and the exit codes that scripts see.
 
-use std::path::PathBuf;
+use spectral_core::shown_lines;
+use std::path::{Path, PathBuf};
 
 /// Why a command did not do what it was asked to.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// An input file that is missing, unreadable, truncated, or not what its name says.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", told(path))]
     File {
         /// The file.
         path: PathBuf,
@@ -15,7 +16,7 @@ pub enum Error {
         message: String,
     },
     /// A scene file that does not say what a scene file can say.
-    #[error("{}, line {line}: {message}", path.display())]
+    #[error("{}, line {line}: {message}", told(path))]
     Scene {
         /// The scene file.
         path: PathBuf,
@@ -36,7 +37,7 @@ pub enum Error {
         message: String,
     },
     /// A file that cannot be written.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message}", told(path))]
     Output {
         /// The file.
         path: PathBuf,
@@ -55,6 +56,11 @@ pub enum Error {
     /// Ctrl-C; what was finished has been written.
     #[error("interrupted")]
     Interrupted,
+}
+
+/// A path as a message shows it.
+fn told(path: &Path) -> String {
+    shown_lines(&path.display().to_string())
 }
 
 impl Error {
@@ -77,7 +83,8 @@ impl Error {
     /// ```
     pub fn exit_code(&self) -> u8 {
         match self {
-            Error::Render { .. } | Error::Core(spectral_core::Error::Device { .. }) => 1,
+            Error::Render { .. } => 1,
+            Error::Core(spectral_core::Error::Device { .. } | spectral_core::Error::Memory { .. }) => 1,
             Error::Usage(_) => 2,
             Error::File { .. } | Error::Scene { .. } | Error::Item(_) | Error::Core(_) => 3,
             Error::Output { .. } => 4,
@@ -106,12 +113,13 @@ mod tests {
             Error::Usage(String::new()),
             Error::Core(core),
             Error::Core(spectral_core::Error::Device { device: "cpu".into(), message: String::new() }),
+            Error::Core(spectral_core::Error::Memory { what: String::new(), bytes: 0 }),
             Error::output("x.png", ""),
             Error::Item(String::new()),
             Error::Items(String::new()),
             Error::Interrupted,
         ]
         .map(|e| e.exit_code());
-        assert_eq!(codes, [1, 2, 3, 1, 4, 3, 5, 130]);
+        assert_eq!(codes, [1, 2, 3, 1, 1, 4, 3, 5, 130]);
     }
 }

@@ -5,10 +5,13 @@
 //! read, and pictures by the memory they would need before it is taken.
 
 pub mod cut;
+mod decoder;
 #[cfg(feature = "formats")]
 pub mod environment;
 pub mod mesh;
 mod obj;
+#[cfg(feature = "formats")]
+pub(crate) mod picture;
 #[cfg(feature = "formats")]
 mod ply;
 mod soup;
@@ -16,7 +19,9 @@ mod soup;
 mod stl;
 
 use crate::Error;
-use spectral_core::{Warning, nearest_name};
+pub(crate) use decoder::guarded;
+pub use decoder::is_decoding;
+use spectral_core::{Warning, memory, nearest_name, shown};
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -28,7 +33,7 @@ pub const MAX_FILE_BYTES: u64 = 4 << 30;
 ///
 /// # Errors
 /// [`Error::File`] for one that is missing (naming the nearest name in its folder), unreadable, not a
-/// regular file, or larger than [`MAX_FILE_BYTES`].
+/// regular file, or larger than [`MAX_FILE_BYTES`]; [`Error::Core`] where there is not enough memory for it.
 pub fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
     let refuse = |e: std::io::Error| Error::file(path, describe(path, &e));
     // The kind is looked up before opening: opening a pipe would wait for a writer.
@@ -42,8 +47,9 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>, Error> {
     if kind.len() > MAX_FILE_BYTES {
         return Err(Error::file(path, too_large(kind.len())));
     }
-    let mut bytes = Vec::with_capacity(kind.len() as usize);
     let file = File::open(path).map_err(refuse)?;
+    let name = || path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let mut bytes = memory::reserved(kind.len() as usize, name)?;
     file.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(refuse)?;
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(Error::file(path, too_large(bytes.len() as u64)));
@@ -56,7 +62,7 @@ fn too_large(bytes: u64) -> String {
 }
 
 /// A size for people: `"1.5 GiB"`.
-fn gibibytes(bytes: u128) -> String {
+pub(crate) fn gibibytes(bytes: u128) -> String {
     format!("{:.1} GiB", bytes as f64 / f64::from(1 << 30))
 }
 
@@ -86,7 +92,7 @@ fn neighbour(path: &Path) -> String {
         .collect();
     names.sort();
     match nearest_name(name, names.iter().map(String::as_str)) {
-        Some(near) => format!("; did you mean '{near}'?"),
+        Some(near) => format!("; did you mean '{}'?", shown(near)),
         None => String::new(),
     }
 }

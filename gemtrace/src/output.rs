@@ -13,7 +13,8 @@
 //!
 //! A file appears under its name only when it is complete: it is written beside it under a temporary
 //! name, flushed to the disk and renamed. An interrupted render leaves the asked-for name alone and
-//! writes `NAME.partial.png` instead.
+//! writes `NAME.partial.png` instead. Temporary names are random, and the file is created by whoever writes it: a link
+//! that waits under such a name is never followed.
 
 #[cfg(feature = "batch")]
 pub mod animation;
@@ -23,17 +24,19 @@ mod file;
 mod picture;
 mod png;
 mod provenance;
+mod temporary;
 
+pub use file::{check, prepare, refuse_overlap, remove_leftovers};
 #[cfg(feature = "batch")]
-pub(crate) use file::write as write_file;
-pub use file::{check, remove_leftovers};
+pub(crate) use file::{is_plain_name, write as write_file};
 pub use picture::{Options, Picture};
 pub use provenance::{Provenance, device, energy, settings};
+pub use temporary::{abandon, is_writing};
 
 use crate::Error;
 use ::png::Compression;
 use rayon::prelude::*;
-use spectral_core::color::RgbSpace;
+use spectral_core::{color::RgbSpace, film::Film, memory, prepare::PreparedScene};
 use std::path::{Path, PathBuf};
 
 /// A kind of picture file.
@@ -149,13 +152,6 @@ impl Target {
         let path = self.path.with_extension(format!("partial.{}", self.format.extension()));
         Target { path, format: self.format }
     }
-
-    /// Where the picture goes if its own place fails after all: the folder for temporary files.
-    fn fallback(&self) -> Target {
-        let name = self.path.file_name().unwrap_or_default().to_string_lossy();
-        let path = std::env::temp_dir().join(format!("gemtrace-{}-{name}", std::process::id()));
-        Target { path, format: self.format }
-    }
 }
 
 /// The space that a PNG is written in when `space` is asked for: sRGB where PNG has no name for it.
@@ -189,6 +185,20 @@ impl From<Result<PathBuf, Error>> for Written {
     }
 }
 
+/// Whether there is memory for a scene's film and for writing its picture, which is to be known before the work.
+///
+/// # Errors
+/// [`Error::Core`] naming the memory.
+pub fn check_memory(scene: &PreparedScene) -> Result<(), Error> {
+    let (width, height) = (scene.width, scene.height);
+    let kept = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
+    // For each of PNG and EXR four linear numbers a pixel, for EXR all channels again.
+    let writing = u128::from(width) * u128::from(height) * (3 * 16 + 4 * kept as u128);
+    let bytes = Film::bytes(width, height, kept) + writing;
+    let what = || format!("a picture of {width} × {height} pixels");
+    Ok(memory::check(u64::try_from(bytes).unwrap_or(u64::MAX), what)?)
+}
+
 /// Writes every target, side by side, so that one failure costs no other; a picture that fails is saved in the folder
 /// for temporary files instead, and its failure says where.
 pub fn write_all(targets: &[Target], picture: &Picture) -> Vec<Written> {
@@ -200,21 +210,17 @@ fn write_or_rescue(target: &Target, picture: &Picture) -> Written {
         Ok(bytes) => return Written { path: Some(target.path.clone()), bytes, failure: None },
         Err(error) => error,
     };
-    let fallback = target.fallback();
-    let rescued = picture.write(&fallback);
+    let rescued = picture.rescue(target);
     let place = match &rescued {
-        Ok(_) => format!("; the picture was saved as {} instead", fallback.path.display()),
+        Ok((path, _)) => format!("; the picture was saved as {} instead", path.display()),
         Err(_) => "; it could not be saved among the temporary files either".to_owned(),
     };
     let failure = match error {
         Error::Output { path, message } => Error::output(path, message + &place),
         other => other,
     };
-    Written {
-        path: rescued.is_ok().then_some(fallback.path),
-        bytes: rescued.unwrap_or(0),
-        failure: Some(failure),
-    }
+    let (path, bytes) = rescued.map_or((None, 0), |(path, bytes)| (Some(path), bytes));
+    Written { path, bytes, failure: Some(failure) }
 }
 
 /// Writes 8-bit sRGB pixels, row by row, as a PNG: sheets.

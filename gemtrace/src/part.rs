@@ -4,15 +4,17 @@
 //! that a single machine would have computed, if the devices compute alike.
 
 mod file;
+mod joint;
 
-use crate::output::{self, Depth, Options, Picture, Provenance, Target};
+use crate::output::{self, Picture, Target, is_plain_name};
 use crate::shard::Shard;
 use crate::{Error, import};
 pub use file::Contribution;
-use file::{Header, Part, PictureHeader};
+use file::{Header, PictureHeader};
+pub use joint::Joint;
 use serde_json::Value;
-use spectral_core::color::RgbSpace;
 use spectral_core::film::{BLOCK, Film, PixelSums};
+use spectral_core::shown_lines;
 use std::path::{Path, PathBuf};
 
 /// The rows of a picture that a shard renders. Of n shards, each takes every n-th band of rows, so that the stone, which
@@ -88,13 +90,38 @@ pub fn part_path(picture: &Path, shard: Shard) -> PathBuf {
 fn parse_name(name: &str) -> Option<(&str, Shard)> {
     let (stem, numbers) = name.strip_suffix(".exr")?.rsplit_once(".part-")?;
     let (index, count) = numbers.split_once("-of-")?;
-    Some((stem, Shard::new(index.parse::<u32>().ok()?.checked_sub(1)?, count.parse().ok()?)?))
+    let shard = Shard::new(index.parse::<u32>().ok()?.checked_sub(1)?, count.parse().ok()?)?;
+    // No picture has more blocks of rows.
+    (shard.count() <= Film::MAX_EDGE / BLOCK).then_some((stem, shard))
+}
+
+/// Whether these pictures can be rendered in shares, to be asked before any work is done.
+///
+/// # Errors
+/// [`Error::Usage`] unless all have plain names and are in one folder: parts name them, and may be joined elsewhere.
+pub fn check(targets: &[Target]) -> Result<(), Error> {
+    names(targets).map(drop)
+}
+
+fn names(targets: &[Target]) -> Result<Vec<String>, Error> {
+    let name = |target: &Target| {
+        let name = target.path().file_name()?.to_str().filter(|name| is_plain_name(name))?;
+        (target.path().parent() == targets[0].path().parent()).then(|| name.to_owned())
+    };
+    let refuse = |target: &Target| {
+        let path = shown_lines(&target.path().display().to_string());
+        Error::Usage(format!(
+            "the outputs of a share are files of one folder with plain names; {path} is none"
+        ))
+    };
+    targets.iter().map(|target| name(target).ok_or_else(|| refuse(target))).collect()
 }
 
 /// Writes a shard's rows beside the picture that they belong to, with what this machine contributed. Returns the file.
 ///
 /// # Errors
-/// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than blocks of rows.
+/// [`Error::Output`] if it cannot be written, [`Error::Usage`] where there are more shards than blocks of rows, and as
+/// [`check`].
 pub fn write(
     shard: Shard,
     targets: &[Target],
@@ -103,9 +130,6 @@ pub fn write(
 ) -> Result<PathBuf, Error> {
     let first = targets.first().map_or(Path::new("picture"), Target::path);
     let path = part_path(first, shard);
-    let folder = first.parent().unwrap_or(Path::new(""));
-    let told =
-        |target: &Target| target.path().strip_prefix(folder).unwrap_or(target.path()).display().to_string();
     let Value::Object(facts) = picture.provenance.to_json() else {
         return Err(Error::output(path, "the picture's provenance is no object"));
     };
@@ -121,7 +145,7 @@ pub fn write(
             exposure: picture.options.exposure,
             transparent: picture.transparent,
             backdrop: picture.backdrop,
-            outputs: targets.iter().map(told).collect(),
+            outputs: names(targets)?,
             facts: facts.into_iter().map(blank).collect(),
         },
         work,
@@ -157,6 +181,9 @@ pub fn pictures(folder: &Path) -> Result<Vec<(String, u32)>, Error> {
     Ok(found)
 }
 
+/// How many missing shards a complaint names.
+const NAMED: usize = 16;
+
 /// Joins the parts of a picture and writes it where each of them would have. Returns the files.
 ///
 /// # Errors
@@ -167,59 +194,22 @@ pub fn merge(folder: &Path, stem: &str, count: u32) -> Result<Vec<PathBuf>, Erro
     let path = |shard: Shard| part_path(&folder.join(format!("{stem}.exr")), shard);
     let missing: Vec<Shard> = shards.iter().copied().filter(|shard| !path(*shard).exists()).collect();
     if let Some(first) = missing.first() {
-        let names: Vec<String> = missing.iter().map(ToString::to_string).collect();
+        let names: Vec<String> = missing.iter().take(NAMED).map(ToString::to_string).collect();
+        let more = missing.len().saturating_sub(NAMED);
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
         let (names, file) = (names.join(", "), path(*first));
-        let message = format!("of '{stem}' these shards are missing: {names} (no {})", file.display());
+        let message = format!("of '{stem}' these shards are missing: {names}{more} (no {})", file.display());
         return Err(Error::Items(message));
     }
-    let mut joined: Option<(PictureHeader, Contribution, Film)> = None;
+    let mut joint = Joint::default();
     for shard in shards {
         let path = path(shard);
-        let part = file::read(&path)?;
-        let (header, work, film) = match &mut joined {
-            Some(joined) => joined,
-            None => joined.insert(begin(&part).map_err(|e| Error::file(&path, e))?),
-        };
-        if *header != part.header.picture {
-            let message = format!("this is of another picture than shard 1/{count}; render it again");
-            return Err(Error::file(path, message));
-        }
-        work.add(&part.header.work);
-        let rows = Bands::new(shard, film.height())?.rows();
-        part.place(film, &rows)
-            .map_err(|e| Error::file(&path, format!("not a complete part of a picture: {e}")))?;
+        joint.add(shard, &path, &import::read_file(&path)?)?;
     }
-    joined.map_or(Ok(Vec::new()), |(header, work, film)| finish(folder, header, &work, film))
-}
-
-fn begin(part: &Part) -> Result<(PictureHeader, Contribution, Film), Error> {
-    let header = part.header.picture.clone();
-    let film = Film::with_size(header.width, header.height, header.spectral.len())?;
-    Ok((header, Contribution::default(), film))
-}
-
-fn finish(
-    folder: &Path,
-    header: PictureHeader,
-    work: &Contribution,
-    film: Film,
-) -> Result<Vec<PathBuf>, Error> {
-    let PictureHeader { spectral, space, bits, exposure, transparent, backdrop, outputs, facts, .. } = header;
-    let all = |k: usize| work.devices.iter().map(|d| d[k].as_str()).collect::<Vec<_>>().join(" + ").into();
-    let mut provenance = Provenance::from_facts(facts);
-    let energy = output::energy(&work.energy());
-    for (key, value) in OF_WORK.into_iter().zip([all(0), all(1), all(2), work.rays.into(), energy]) {
-        provenance = provenance.with(key, value);
-    }
-    let depth = Depth::of_bits(bits).unwrap_or_default();
-    let options = Options { space: RgbSpace::by_name(&space)?, depth, exposure };
-    let picture = Picture { film, wavelengths: spectral, transparent, backdrop, options, provenance };
-    let write = |name: &String| {
-        let target = Target::new(folder.join(name))?;
-        picture.write(&target)?;
-        Ok(target.path().to_owned())
-    };
-    outputs.iter().map(write).collect()
+    let (picture, targets) = joint.finish(folder)?;
+    output::remove_leftovers(&targets.iter().map(|target| target.path().to_owned()).collect::<Vec<_>>());
+    let write = |target: Target| picture.replace(&target).map(|_| target.path().to_owned());
+    targets.into_iter().map(write).collect()
 }
 
 /// The picture that a part's file belongs to: its folder, the stem of its name, and the number of shards.

@@ -1,7 +1,7 @@
 //! A device that stays open, and the pictures that it makes one after the other.
 
 use crate::Error;
-use crate::output::{Options, Picture};
+use crate::output::{self, Options, Picture};
 use crate::registry::{self, Choice, label};
 use crate::scene_file::{Assets, LoadedScene};
 use spectral_core::{
@@ -169,13 +169,15 @@ impl Session {
     /// The finished film of a scene.
     ///
     /// # Errors
-    /// [`Error::Render`] where no device is left; [`Error::Interrupted`] where the watcher stopped it.
+    /// [`Error::Render`] where no device is left; [`Error::Interrupted`] where the watcher stopped it; [`Error::Core`]
+    /// where there is not enough memory.
     pub fn film(
         &mut self,
         scene: &Arc<PreparedScene>,
         watch: &mut dyn Watch,
     ) -> Result<(Film, Rendered), Error> {
-        let mut film = Film::new(scene);
+        output::check_memory(scene)?;
+        let mut film = Film::try_new(scene)?;
         let mut rendered = self.fill(scene, &mut film, watch);
         match rendered.failure.take() {
             Some(error) => Err(error),

@@ -1,5 +1,7 @@
 //! The one error type of this crate.
 
+use crate::shown;
+
 /// An error of the caller, with a message from which a person can correct it.
 #[non_exhaustive]
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -44,6 +46,14 @@ pub enum Error {
         /// What happened.
         message: String,
     },
+    /// More memory than there is.
+    #[error("not enough memory: {what} needs {:.1} GiB", *bytes as f64 / f64::from(1 << 30))]
+    Memory {
+        /// What it was for.
+        what: String,
+        /// How much it would take, bytes.
+        bytes: u64,
+    },
     /// A surface or a set of planes that does not bound a solid.
     #[error("{message}")]
     Solid {
@@ -57,7 +67,7 @@ pub enum Error {
 impl Error {
     /// An [`Error::Value`] from anything printable.
     pub fn value(what: impl Into<String>, value: impl ToString, expected: impl Into<String>) -> Self {
-        Error::Value { what: what.into(), value: value.to_string(), expected: expected.into() }
+        Error::Value { what: what.into(), value: shown(&value.to_string()), expected: expected.into() }
     }
 
     /// An [`Error::Unknown`] that names the nearest of the `valid` names.
@@ -68,21 +78,30 @@ impl Error {
     ) -> Self {
         let valid: Vec<String> = valid.into_iter().map(|s| s.as_ref().to_owned()).collect();
         let nearest = nearest_name(name, valid.iter().map(String::as_str)).map(str::to_owned);
-        Error::Unknown { kind, name: name.to_owned(), nearest, valid }
+        Error::Unknown { kind, name: shown(name), nearest, valid }
     }
 }
 
-/// The candidate most similar to `name`, or `None` if none is similar.
+/// Longer names are like no other: comparing takes the product of the lengths.
+const LONGEST_NAME: usize = 200;
+/// How many valid names a message lists.
+const LISTED: usize = 60;
+
+/// The candidate most similar to `name`, or `None` if none is similar or the name is longer than 200 bytes.
 ///
 /// ```
 /// assert_eq!(spectral_core::nearest_name("saphire", ["ruby", "sapphire"]), Some("sapphire"));
 /// assert_eq!(spectral_core::nearest_name("granite", ["ruby", "sapphire"]), None);
 /// ```
 pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if name.len() > LONGEST_NAME {
+        return None;
+    }
     let allowed = (name.chars().count() / 3).max(1);
     let lower = name.to_lowercase();
     candidates
         .into_iter()
+        .filter(|c| c.len() <= 2 * LONGEST_NAME)
         .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
         .filter(|(distance, _)| *distance <= allowed)
         .min_by_key(|(distance, _)| *distance)
@@ -91,8 +110,13 @@ pub fn nearest_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
 
 fn hint(nearest: &Option<String>, valid: &[String]) -> String {
     match nearest {
-        Some(n) => format!("; did you mean '{n}'?"),
+        Some(n) => format!("; did you mean '{}'?", shown(n)),
         None if valid.is_empty() => String::new(),
-        None => format!("; valid: {}", valid.join(", ")),
+        None => {
+            let names: Vec<String> = valid.iter().take(LISTED).map(|name| shown(name)).collect();
+            let more = valid.len().saturating_sub(LISTED);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("; valid: {}{more}", names.join(", "))
+        }
     }
 }

@@ -8,7 +8,7 @@ pub use agreement::Agreement;
 pub use convergence::BLOCK;
 pub use sums::PixelSums;
 
-use crate::{Error, color::RgbSpace};
+use crate::{Error, color::RgbSpace, memory};
 use std::ops::Range;
 
 /// One finished pixel sample.
@@ -83,15 +83,17 @@ impl Film {
     /// An empty film of a size, for example for sums from a file; `wavelengths` is 0 unless it is spectral.
     ///
     /// # Errors
-    /// As [`Film::check_size`].
+    /// As [`Film::check_size`], and [`Error::Memory`].
     pub fn with_size(width: u32, height: u32, wavelengths: usize) -> Result<Self, Error> {
         Film::check_size(width, height, wavelengths)?;
-        Ok(Film::empty(width, height, wavelengths))
+        Film::empty(width, height, wavelengths)
     }
 
-    pub(crate) fn empty(width: u32, height: u32, wavelengths: usize) -> Self {
+    pub(crate) fn empty(width: u32, height: u32, wavelengths: usize) -> Result<Self, Error> {
+        let bytes = u64::try_from(Film::bytes(width, height, wavelengths)).unwrap_or(u64::MAX);
+        memory::check(bytes, || format!("a film of {width} × {height} pixels"))?;
         let pixels = width as usize * height as usize;
-        Film {
+        Ok(Film {
             width,
             height,
             wavelengths,
@@ -100,7 +102,7 @@ impl Film {
             samples: vec![0; pixels],
             radiance: vec![0.0; pixels * wavelengths],
             convergence: convergence::Convergence::new(width, height),
-        }
+        })
     }
 
     /// Refuses a size that is zero or too large, with the memory needed.
@@ -321,7 +323,7 @@ mod tests {
     use super::*;
 
     fn film(width: u32, height: u32) -> Film {
-        Film::empty(width, height, 0)
+        Film::empty(width, height, 0).expect("a small film")
     }
 
     fn add(film: &mut Film, [x, y, width, height]: [u32; 4], count: usize) {

@@ -72,7 +72,9 @@ pub mod dispersion;
 mod error;
 pub mod fresnel;
 pub mod material;
+pub mod memory;
 mod real;
+mod shown;
 pub mod spectrum;
 pub mod stokes;
 pub mod upsample;
@@ -108,4 +110,5 @@ pub mod tracer;
 
 pub use error::{Error, nearest_name};
 pub use real::Real;
+pub use shown::{printable, shown, shown_lines};
 pub use warning::Warning;

@@ -29,7 +29,7 @@ pub use spec::{AbsorptionSpec, BandSpec, ConductorSpec, MaterialSpec, PoleSpec, 
 use crate::absorption::Absorption;
 use crate::dispersion::Dispersion;
 use crate::spectrum::Tabulated;
-use crate::{Error, Warning};
+use crate::{Error, Warning, shown};
 
 /// What light does in a substance.
 #[derive(Debug, Clone, PartialEq)]
@@ -160,10 +160,10 @@ impl Material {
 fn within(name: &str, error: Error) -> Error {
     match error {
         Error::Value { what, value, expected } => {
-            Error::Value { what: format!("material '{name}': {what}"), value, expected }
+            Error::Value { what: format!("material '{}': {what}", shown(name)), value, expected }
         }
         Error::Data { what, line, message } => {
-            Error::Data { what: format!("material '{name}': {what}"), line, message }
+            Error::Data { what: format!("material '{}': {what}", shown(name)), line, message }
         }
         other => other,
     }
@@ -171,5 +171,5 @@ fn within(name: &str, error: Error) -> Error {
 
 /// The warning with the material it is about in front.
 fn named(name: &str, warning: &Warning) -> Warning {
-    Warning::new(format!("material '{name}': {warning}"))
+    Warning::new(format!("material '{}': {warning}", shown(name)))
 }

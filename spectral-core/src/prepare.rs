@@ -192,8 +192,16 @@ impl PreparedScene {
 
 // Here, so that films do not know of scenes.
 impl Film {
-    /// An empty film for a prepared scene.
+    /// An empty film for a prepared scene. Panics where there is not enough memory; [`Film::try_new`] says so.
     pub fn new(scene: &PreparedScene) -> Self {
+        Film::try_new(scene).unwrap_or_else(|error| panic!("{error}"))
+    }
+
+    /// An empty film for a prepared scene.
+    ///
+    /// # Errors
+    /// [`Error::Memory`].
+    pub fn try_new(scene: &PreparedScene) -> Result<Self, Error> {
         let wavelengths = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
         Film::empty(scene.width, scene.height, wavelengths)
     }

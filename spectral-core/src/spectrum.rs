@@ -11,8 +11,8 @@
 //! # Ok::<(), spectral_core::Error>(())
 //! ```
 
-use crate::Error;
 use crate::wavelength::WavelengthGrid;
+use crate::{Error, shown};
 
 /// The wavelengths a table may hold, in nm: wide enough for ultraviolet and infrared data, narrow enough to
 /// catch micrometres and ångströms.
@@ -170,7 +170,7 @@ pub(crate) fn columns<const N: usize>(text: &str, what: &str) -> Result<Vec<(usi
             _ => {
                 return Err(data(
                     index + 1,
-                    format!("'{}' must be {N} numbers, such as 550,1.5", raw.trim()),
+                    format!("'{}' must be {N} numbers, such as 550,1.5", shown(raw.trim())),
                 ));
             }
         }

@@ -67,7 +67,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         return Ok(list(&entrants));
     }
     if let Some(path) = &args.output {
-        check_page(path)?;
+        check_page(path, &args.scenes)?;
     }
     let heats = race(args, &entrants, console)?;
     let interrupted = console.interrupt.is_requested();
@@ -112,12 +112,12 @@ fn race(args: &Args, entrants: &[Entrant], console: &mut Console) -> Result<Vec<
     Ok(heats)
 }
 
-fn check_page(path: &Path) -> Result<(), Error> {
+fn check_page(path: &Path, scenes: &[String]) -> Result<(), Error> {
     let extension = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
     if !matches!(extension.as_deref(), Some("html" | "htm")) {
         return Err(Error::output(path, "the page is HTML; end the name in '.html'"));
     }
-    output::check(path)
+    output::prepare(&[path], scenes.iter().map(Path::new))
 }
 
 /// The devices that failed, as one error.

@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use spectral_core::Warning;
 use spectral_core::cut::{Cut, Proportions};
 use spectral_core::mesh::{Mesh, Plane};
+use spectral_core::shown_lines;
 use std::path::{Path, PathBuf};
 use tier::Tier;
 
@@ -29,6 +30,9 @@ pub struct Args {
 /// [`Error::File`] for a file that cannot be read or, for a mesh, that bounds no solid; [`Error::Output`] for the
 /// mesh to write.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
+    if let Some(path) = &args.mesh {
+        output::prepare(&[path], [args.file.as_path()])?;
+    }
     let bytes = import::read_file(&args.file)?;
     if import::cut::Format::of(&args.file).is_some() {
         let (cut, warnings) = import::cut::read(&args.file, &bytes)?;
@@ -65,7 +69,7 @@ fn design(
     let planes: Vec<(&Plane, Option<&str>)> =
         cut.facets.iter().map(|f| (&f.plane, f.name.as_deref())).collect();
     let tiers = tier::group(&planes);
-    let mut lines = cut.title.clone();
+    let mut lines: Vec<String> = cut.title.iter().map(|line| shown_lines(line)).collect();
     let gear = cut.gear.map(|gear| format!("gear {gear}"));
     let index = cut.index_of_refraction.map(|n| format!("designed for n = {n}"));
     lines.extend([gear, index].into_iter().flatten());

@@ -17,7 +17,7 @@ use spectral_core::environment::Pattern;
 use spectral_core::settings::Leftover;
 use spectral_core::tracer::Progress;
 use spectral_core::wavelength::WavelengthGrid;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use subject::Subject;
 
 /// Arguments of `measure`.
@@ -91,11 +91,10 @@ pub struct Args {
 /// [`Error`] of the files, the figures of the command line or the device; [`Error::Interrupted`] after Ctrl-C, when
 /// nothing is written.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
-    for path in [&args.csv, &args.svg].into_iter().flatten() {
-        output::check(path)?;
-    }
     let device = registry::choose(&args.backend, None)?;
     let subject = Subject::new(args)?;
+    let outputs: Vec<&Path> = [&args.csv, &args.svg].into_iter().flatten().map(PathBuf::as_path).collect();
+    output::prepare(&outputs, subject.files.iter().map(PathBuf::as_path))?;
     subject.warnings.iter().for_each(|warning| console.warn(warning));
     let conditions = conditions(args, &subject)?;
     let mut session = Session::new(device, open_options(args.threads));

@@ -10,7 +10,7 @@ use gemtrace::sequence::Motion;
 use gemtrace::shard::Shard;
 use gemtrace::{Error, output};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What turntables and tilts have in common.
 #[derive(Debug, Clone, clap::Args)]
@@ -97,10 +97,12 @@ fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, E
     first.warnings.iter().for_each(|warning| console.warn(warning));
     args.rendering.overrides().apply(&mut first);
     session.prepare(&first.scene, &first.settings)?;
+    let inputs = first.files.iter().map(|file| file.path.as_path()).chain([args.scene.as_path()]);
+    let films: Vec<&Path> = args.apng.iter().chain(&args.mp4).map(PathBuf::as_path).collect();
+    output::prepare(&films, inputs)?;
     drop(first);
     let draft = Draft::read(&args.scene)?;
     let folder = args.output.clone().unwrap_or_else(|| format!("{}-{}", draft.stem(), motion.name()).into());
-    args.apng.iter().chain(&args.mp4).try_for_each(|path| output::check(path))?;
     let mut pictures = Pictures::default();
     pictures.options.exposure = args.exposure;
     pictures.formats.extend(args.exr.then_some(Format::Exr));

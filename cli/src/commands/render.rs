@@ -16,7 +16,7 @@ use spectral_core::color::RgbSpace;
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::tracer::Backend;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -68,8 +68,11 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     let shard = args.shard.as_deref().map_or(Ok(Shard::WHOLE), Shard::by_name)?;
     let targets = targets(args)?;
     registry::known(backends, &args.rendering.backend)?;
+    if !shard.is_whole() {
+        part::check(&targets)?;
+    }
     let mut loaded = load(args)?;
-    targets.iter().try_for_each(Target::check)?;
+    guard(args, shard, &targets, &loaded)?;
     let scene = Arc::new(prepare(args, &loaded)?);
     let candidates = registry::choose_for(&scene, backends, &args.rendering.backend, args.rendering.device)?;
     // Prepared, it is not needed any more, and meshes are large.
@@ -79,7 +82,8 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     warnings.extend(space_remarks(args.space, &targets));
     warnings.iter().for_each(|warning| console.warn(warning));
 
-    let mut film = Film::new(&scene);
+    output::check_memory(&scene)?;
+    let mut film = Film::try_new(&scene)?;
     if !shard.is_whole() {
         Bands::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
     }
@@ -105,13 +109,22 @@ fn targets(args: &Args) -> Result<Vec<Target>, Error> {
         [] => vec![PathBuf::from(format!("{stem}.png")), PathBuf::from(format!("{stem}.exr"))],
         paths => paths.to_vec(),
     };
-    for (i, path) in paths.iter().enumerate() {
-        if let Some(first) = paths[..i].iter().position(|earlier| earlier == path) {
-            let message = format!("output {} is output {} again: {}", i + 1, first + 1, path.display());
-            return Err(Error::Usage(message));
-        }
-    }
     paths.into_iter().map(Target::new).collect()
+}
+
+/// Makes sure that every file can be written and that none of them is an input, and clears away what earlier runs that
+/// were killed left of them.
+fn guard(args: &Args, shard: Shard, targets: &[Target], loaded: &LoadedScene) -> Result<(), Error> {
+    let inputs = || loaded.files.iter().map(|file| file.path.as_path()).chain([args.scene.as_path()]);
+    let asked: Vec<&Path> = targets.iter().map(Target::path).collect();
+    output::prepare(&asked, inputs())?;
+    let mut others: Vec<PathBuf> = targets.iter().map(|target| target.partial().path().to_owned()).collect();
+    if !shard.is_whole() {
+        others.extend(asked.first().map(|first| part::part_path(first, shard)));
+    }
+    output::refuse_overlap(others.iter().map(PathBuf::as_path), inputs())?;
+    output::remove_leftovers(&others);
+    Ok(())
 }
 
 fn load(args: &Args) -> Result<LoadedScene, Error> {

@@ -65,7 +65,8 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     }
     let draft = Draft::read(&args.scene)?;
     let path = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}-sizes.png", draft.stem())));
-    output::check(&path)?;
+    let inputs = first.files.iter().map(|file| file.path.as_path()).chain([args.scene.as_path()]);
+    output::prepare(&[&path], inputs)?;
     drop(first);
     let announce = args.rendering.backend == registry::AUTO;
     let mut onlooker = Onlooker::new(console, args.sizes.len(), announce);

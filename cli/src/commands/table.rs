@@ -1,8 +1,12 @@
 //! Columns of text.
 
+use spectral_core::shown;
+
 /// Rows as lines of columns that are as wide as they must be; the first `left` columns are set flush
-/// left, the others, which hold numbers, flush right.
+/// left, the others, which hold numbers, flush right. Long names are shortened.
 pub fn columns(left: usize, rows: &[Vec<String>]) -> String {
+    let rows: Vec<Vec<String>> =
+        rows.iter().map(|row| row.iter().map(|cell| shown(cell)).collect()).collect();
     let count = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width =
         |c: usize| rows.iter().filter_map(|row| row.get(c)).map(|s| s.chars().count()).max().unwrap_or(0);

@@ -11,6 +11,7 @@ mod picture;
 mod read;
 mod setting;
 mod sheet;
+mod trust;
 
 mod kill;
 mod merge;

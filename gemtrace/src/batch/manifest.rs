@@ -14,7 +14,7 @@ use serde_json::{Map, Value};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 /// One line of a manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -186,8 +186,21 @@ pub fn all(folder: &Path) -> Result<Vec<(Shard, PathBuf)>, Error> {
 /// # Errors
 /// [`Error::File`] if it cannot be read.
 pub fn read(path: &Path) -> Result<Vec<Event>, Error> {
-    let bytes = import::read_file(path)?;
-    Ok(bytes.split(|byte| *byte == b'\n').filter_map(|line| serde_json::from_slice(line).ok()).collect())
+    Ok(parse(&import::read_file(path)?))
+}
+
+/// The lines of a manifest from its bytes. A line that names an output outside of its folder is none of ours.
+pub fn parse(bytes: &[u8]) -> Vec<Event> {
+    let line = |line: &[u8]| serde_json::from_slice(line).ok().filter(stays_inside);
+    bytes.split(|byte| *byte == b'\n').filter_map(line).collect()
+}
+
+/// Whether all outputs are below the folder: they are read, compared and shown.
+fn stays_inside(event: &Event) -> bool {
+    let plain = |file: &FileRecord| {
+        Path::new(&file.path).components().all(|part| matches!(part, Component::Normal(_)))
+    };
+    !matches!(event, Event::Done(done) if !done.outputs.iter().all(plain))
 }
 
 /// The lines of all manifests of a folder by their items, those of one manifest in order.

@@ -73,8 +73,15 @@ pub fn expected(folder: &Path) -> Result<Expected, Error> {
         let message = format!("there is no {} here: this is not the output folder of a batch", Plan::FILE);
         return Err(Error::file(folder, message));
     }
-    let bytes = import::read_file(&path)?;
-    serde_json::from_slice(&bytes).map_err(|e| Error::file(path, format!("this is no plan of a batch ({e})")))
+    parse(&path, &import::read_file(&path)?)
+}
+
+/// The same from the bytes of the plan's file, `path` naming it in messages.
+///
+/// # Errors
+/// [`Error::File`] for anything else.
+pub fn parse(path: &Path, bytes: &[u8]) -> Result<Expected, Error> {
+    serde_json::from_slice(bytes).map_err(|e| Error::file(path, format!("this is no plan of a batch ({e})")))
 }
 
 /// The outcome of every item by the manifests; with `check`, the pictures are compared, too.

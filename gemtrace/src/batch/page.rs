@@ -12,6 +12,7 @@ use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::Value;
 use sha2::{Digest, Sha256};
+use std::collections::HashSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -55,7 +56,7 @@ pub fn html(folder: &Path, title: &str, entries: &[Entry]) -> String {
 
 fn overview(entries: &[Entry]) -> String {
     let done: Vec<&Done> = entries.iter().filter_map(|entry| entry.outcome.as_deref().ok()).collect();
-    let rays = done.iter().map(|done| done.rays).sum();
+    let rays = done.iter().fold(0, |sum: u64, done| sum.saturating_add(done.rays));
     let mut devices: Vec<String> = done.iter().map(|done| device(done)).collect();
     devices.sort();
     devices.dedup();
@@ -80,30 +81,26 @@ fn device(done: &Done) -> String {
 fn figures(done: &Done) -> Vec<(&'static str, &'static str, f64, String)> {
     let share = |key: &str| done.energy.get(key).and_then(Value::as_f64).unwrap_or(0.0);
     let setting = |key: &str| done.settings.get(key).and_then(Value::as_u64).unwrap_or(0);
-    let (width, height) = (setting("width"), setting("height"));
+    let [width, height] = ["width", "height"].map(|key| setting(key) as f64);
     let wavelengths = done.settings.get("wavelengths").and_then(Value::as_array).map_or(0, Vec::len);
     let work = format!("{} × {wavelengths} wavelengths", setting("samples"));
-    let bytes = done.outputs.iter().map(|file| file.bytes).sum::<u64>();
+    let bytes = done.outputs.iter().map(|file| file.bytes as f64).sum::<f64>();
     vec![
-        ("pixels", "pixels", (width * height) as f64, format!("{width} × {height}")),
+        ("pixels", "pixels", width * height, format!("{width} × {height}")),
         ("samples", "samples", setting("samples") as f64, work),
         ("rays", "rays", done.rays as f64, count(done.rays)),
         ("time", "time", done.seconds.total, measured(done.seconds.total)),
         ("dropped", "dropped", share("dropped"), percent(share("dropped"))),
         ("out at limit", "limit", share("left_at_limit"), percent(share("left_at_limit"))),
-        ("file size", "bytes", bytes as f64, format!("{:.1} kB", bytes as f64 / 1e3)),
+        ("file size", "bytes", bytes, format!("{:.1} kB", bytes / 1e3)),
     ]
 }
 
 /// What sets the pictures apart, in order of appearance.
 fn axes(entries: &[Entry]) -> Vec<&str> {
-    let mut axes: Vec<&str> = Vec::new();
-    for key in entries.iter().flat_map(|entry| entry.item.values.keys()) {
-        if !axes.contains(&key.as_str()) {
-            axes.push(key);
-        }
-    }
-    axes
+    let mut seen = HashSet::new();
+    let keys = entries.iter().flat_map(|entry| entry.item.values.keys());
+    keys.map(String::as_str).filter(|key| seen.insert(*key)).collect()
 }
 
 /// One button for every key to sort by.

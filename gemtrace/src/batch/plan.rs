@@ -5,6 +5,7 @@ use crate::output::{Format, Options};
 use crate::scene_file::Override;
 use crate::scene_file::source::Hash;
 use serde_json::{Map, Value, json};
+use spectral_core::shown;
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
@@ -91,7 +92,8 @@ impl Plan {
             check_name(&item.name)?;
             if let Some(first) = seen.insert(item.name.to_lowercase(), number) {
                 let (first, second) = (first + 1, number + 1);
-                let message = format!("items {first} and {second} have the same name, '{}'", item.name);
+                let message =
+                    format!("items {first} and {second} have the same name, '{}'", shown(&item.name));
                 return Err(Error::Usage(message));
             }
         }
@@ -201,7 +203,7 @@ fn check_name(name: &str) -> Result<(), Error> {
     }
     let expected =
         "letters, digits and '.', '_', '-', '+', with '/' between folders, none beginning with '.'";
-    Err(Error::Usage(format!("item name '{name}' is not valid: expected {expected}")))
+    Err(Error::Usage(format!("item name '{}' is not valid: expected {expected}", shown(name))))
 }
 
 #[cfg(test)]

@@ -2,10 +2,10 @@
 
 use super::manifest::{self, Done, Event, FileRecord, Manifest, Seconds};
 use super::{Item, Plan, merge};
-use crate::Error;
 use crate::output::{self, Picture, Target};
 use crate::session::{Session, Watch};
 use crate::shard::Shard;
+use crate::{Error, import};
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -127,8 +127,8 @@ pub fn run(
 /// Says what belongs into the folder; a file that says so already stays, since other shards write the same.
 fn write_plan(plan: &Plan, folder: &Path) -> Result<(), Error> {
     let (path, text) = (folder.join(Plan::FILE), plan.to_json()?.to_string() + "\n");
-    match std::fs::read_to_string(&path) {
-        Ok(there) if there == text => output::check(&path),
+    match import::read_file(&path) {
+        Ok(there) if there == text.as_bytes() => output::check(&path),
         _ => output::write_text(&path, &text).map(drop),
     }
 }
@@ -225,6 +225,8 @@ impl Worker<'_> {
         let loaded = self.session.assets.parse(&text, Path::new(&item.name), self.plan.folder());
         let mut loaded = loaded.map_err(without_line)?;
         loaded.name.clone_from(&item.name);
+        let inputs = loaded.files.iter().map(|file| file.path.as_path());
+        output::refuse_overlap(targets.iter().map(Target::path), inputs)?;
         self.plan.overrides().apply(&mut loaded);
         let scene = self.session.prepare(&loaded.scene, &loaded.settings)?;
         loaded.scene.stones = Vec::new();

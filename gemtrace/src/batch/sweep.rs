@@ -39,7 +39,7 @@ use crate::{Error, import};
 use axis::{Axes, Axis, Choice};
 use base::Base;
 use serde_json::Map;
-use spectral_core::color::RgbSpace;
+use spectral_core::{color::RgbSpace, shown};
 use std::path::Path;
 use template::Template;
 use toml::Table;
@@ -193,7 +193,7 @@ fn item(
     };
     let mut scene = base.scene.clone();
     for choice in picked {
-        choice.change.apply(&mut scene, base.stone).map_err(|e| format!("item '{name}': {e}"))?;
+        choice.change.apply(&mut scene, base.stone).map_err(|e| format!("item '{}': {e}", shown(&name)))?;
     }
     let values: Map<_, _> =
         picked.iter().map(|choice| (choice.axis.name().to_owned(), choice.value.clone())).collect();

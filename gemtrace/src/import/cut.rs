@@ -4,7 +4,7 @@ mod asc;
 mod gcs;
 mod gem;
 
-use super::{about, blame, extension};
+use super::{about, blame, extension, guarded};
 use crate::Error;
 use spectral_core::Warning;
 use spectral_core::cut::Cut;
@@ -44,11 +44,11 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<(Cut, Vec<Warning>), Error> {
     let format = Format::of(path).ok_or_else(|| {
         Error::file(path, format!("'.{}' is not a cut format; .asc, .gem and .gcs are read", extension(path)))
     })?;
-    let cut = match format {
+    let cut = guarded(|| match format {
         Format::Asc => asc::read(bytes),
         Format::Gem => gem::read(bytes),
         Format::Gcs => gcs::read(bytes),
-    };
+    });
     let (cut, warnings) = cut.map_err(|message| Error::file(path, message))?;
     Ok((cut, about(path, warnings)))
 }

@@ -2,13 +2,14 @@
 
 mod openexr;
 
-use super::{about, blame, gibibytes};
+use super::picture::{self, incomplete};
+use super::{about, blame, gibibytes, guarded};
 use crate::Error;
+use image::ImageDecoder;
 use image::codecs::hdr::HdrDecoder;
-use image::{ImageDecoder, ImageFormat, ImageReader};
-use spectral_core::Warning;
 use spectral_core::color::srgb_decode;
 use spectral_core::environment::LatLong;
+use spectral_core::{Warning, memory};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -28,11 +29,11 @@ const BAND: u32 = 64;
 pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(LatLong, Vec<Warning>), Error> {
     let bytes = bytes.as_ref();
     let decoded = if bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
-        openexr::read(bytes)
+        guarded(|| openexr::read(bytes))
     } else if bytes.starts_with(b"\x89PNG") {
         png(bytes)
     } else if bytes.starts_with(b"#?") {
-        hdr(bytes)
+        guarded(|| hdr(bytes))
     } else if bytes.is_empty() {
         Err("the file is empty".into())
     } else {
@@ -77,27 +78,22 @@ fn check_size(width: usize, height: usize, file: usize) -> Result<[u32; 2], Stri
     Ok([w, h])
 }
 
-fn incomplete(error: image::ImageError) -> String {
-    format!("not a complete image: {error}")
-}
-
 /// Decoded into the texels themselves.
 fn hdr(bytes: &[u8]) -> Result<Decoded, String> {
     let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(incomplete)?;
     let (width, height) = decoder.dimensions();
     let size = check_size(width as usize, height as usize, bytes.len())?;
+    memory::check(u64::from(width) * u64::from(height) * 12, || "the image".into())
+        .map_err(|e| e.to_string())?;
     let mut texels = vec![[0.0_f32; 3]; width as usize * height as usize];
     decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(incomplete)?;
     Ok(Decoded { size, texels, warnings: Vec::new() })
 }
 
 fn png(bytes: &[u8]) -> Result<Decoded, String> {
-    let reader = || ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    let (width, height) = reader().into_dimensions().map_err(incomplete)?;
+    let [width, height] = picture::png_size(bytes)?;
     let size = check_size(width as usize, height as usize, bytes.len())?;
-    let mut reader = reader();
-    reader.no_limits();
-    let image = reader.decode().map_err(incomplete)?;
+    let image = picture::png(bytes)?;
     let transparent = image.color().has_alpha();
     let linear = |v: f32| srgb_decode(f64::from(v)) as f32;
     let mut texels = Vec::with_capacity(width as usize * height as usize);

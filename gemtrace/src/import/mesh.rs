@@ -1,6 +1,6 @@
 //! Meshes: OBJ, STL (text and binary) and PLY.
 
-use super::{about, blame, extension, obj};
+use super::{about, blame, extension, guarded, obj};
 #[cfg(feature = "formats")]
 use super::{ply, stl};
 use crate::Error;
@@ -44,7 +44,7 @@ pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(Mesh, Vec<Warning>)
             format!("'.{}' is not a mesh format; .obj, .stl and .ply are read", extension(path)),
         )
     })?;
-    let soup = match format {
+    let soup = guarded(|| match format {
         Format::Obj => obj::read(bytes.as_ref()),
         #[cfg(feature = "formats")]
         Format::Stl => stl::read(bytes.as_ref()),
@@ -52,7 +52,7 @@ pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(Mesh, Vec<Warning>)
         Format::Ply => ply::read(bytes.as_ref()),
         #[cfg(not(feature = "formats"))]
         _ => Err("this format needs the feature 'formats'".to_owned()),
-    };
+    });
     drop(bytes);
     let soup = soup.map_err(|message| Error::file(path, message))?;
     let (mesh, warnings) =

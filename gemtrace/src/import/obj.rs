@@ -5,7 +5,8 @@
 
 use super::soup::Soup;
 use glam::DVec3;
-use spectral_core::mesh::polygon;
+use spectral_core::{mesh::polygon, shown};
+use std::borrow::Cow;
 
 /// The triangles of an OBJ file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
@@ -43,27 +44,35 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
 }
 
 /// Lines with their 1-based numbers, comments dropped and those that end in a backslash joined.
-fn records(text: &str) -> impl Iterator<Item = (usize, std::borrow::Cow<'_, str>)> {
+fn records<'a>(text: &'a str) -> impl Iterator<Item = (usize, Cow<'a, str>)> {
     let mut lines = text.lines().enumerate();
     std::iter::from_fn(move || {
         let (first, line) = lines.next()?;
-        let mut line = std::borrow::Cow::Borrowed(line);
-        while let Some(open) = line.trim_end().strip_suffix('\\') {
-            let next = lines.next().map_or("", |(_, next)| next);
-            line = format!("{open} {next}").into();
+        let open = |line: &'a str| line.trim_end().strip_suffix('\\');
+        let Some(start) = open(line) else { return Some((first + 1, Cow::Borrowed(remark_off(line)))) };
+        let mut joined = start.to_owned();
+        for (_, next) in lines.by_ref() {
+            joined.push(' ');
+            joined.push_str(open(next).unwrap_or(next));
+            if open(next).is_none() {
+                break;
+            }
         }
-        if let Some(end) = line.find('#') {
-            line = line[..end].to_owned().into();
-        }
-        Some((first + 1, line))
+        joined.truncate(remark_off(&joined).len());
+        Some((first + 1, Cow::Owned(joined)))
     })
+}
+
+/// A line without the remark at its end.
+fn remark_off(line: &str) -> &str {
+    line.split('#').next().unwrap_or_default()
 }
 
 fn vertex<'a>(mut words: impl Iterator<Item = &'a str>) -> Result<DVec3, String> {
     let mut next = |axis: char| {
         let word =
             words.next().ok_or_else(|| format!("a vertex needs three coordinates; {axis} is missing"))?;
-        word.parse::<f64>().map_err(|_| format!("'{word}' is not a number"))
+        word.parse::<f64>().map_err(|_| format!("'{}' is not a number", shown(word)))
     };
     let v = DVec3::new(next('x')?, next('y')?, next('z')?);
     if !v.is_finite() {
@@ -77,7 +86,8 @@ fn face<'a>(words: impl Iterator<Item = &'a str>, so_far: usize) -> Result<Vec<u
     let corners = words
         .map(|word| {
             let number = word.split('/').next().unwrap_or_default();
-            let index: i64 = number.parse().map_err(|_| format!("'{word}' is not a vertex number"))?;
+            let index: i64 =
+                number.parse().map_err(|_| format!("'{}' is not a vertex number", shown(word)))?;
             let from_zero = if index < 0 { so_far as i64 + index } else { index - 1 };
             u32::try_from(from_zero)
                 .map_err(|_| format!("vertex {index} is not there; vertices count from 1, or back from -1"))

@@ -4,7 +4,7 @@ use super::soup::Soup;
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
-use spectral_core::mesh::polygon;
+use spectral_core::{mesh::polygon, shown};
 use std::io::{BufRead, Cursor, ErrorKind};
 
 /// The triangles of a PLY file, or what is wrong with it.
@@ -84,7 +84,7 @@ impl Payload<'_> {
     }
 
     fn complaint(&self, error: ParseError, element: &ElementDef, number: usize) -> String {
-        let (name, count) = (&element.name, element.count);
+        let (name, count) = (shown(&element.name), element.count);
         if error.kind() == ErrorKind::UnexpectedEof {
             return format!(
                 "not a complete PLY file: Unexpected end of file while reading element '{name}' \
@@ -125,7 +125,7 @@ fn triangles_of(
 /// end with the file.
 fn check(element: &ElementDef, bytes: usize) -> Result<(), String> {
     if element.count > bytes {
-        let (name, count) = (&element.name, element.count);
+        let (name, count) = (shown(&element.name), element.count);
         return Err(format!("truncated: its header announces {count} '{name}' elements, in {bytes} bytes"));
     }
     Ok(())

@@ -5,6 +5,7 @@
 
 use super::file;
 use crate::Error;
+use crate::import::{self, picture};
 use image::RgbaImage;
 use png::{BitDepth, ColorType, Encoder, SrgbRenderingIntent};
 use spectral_core::color::{srgb_decode, srgb_encode};
@@ -127,7 +128,7 @@ fn over_black(image: &RgbaImage) -> Vec<u8> {
 
 fn read(frames: &[PathBuf], i: usize, size: Option<(u32, u32)>) -> Result<RgbaImage, Error> {
     let path = frames.get(i).ok_or_else(|| Error::Usage("a film needs at least one frame".to_owned()))?;
-    let image = image::open(path).map_err(|e| Error::file(path, e))?.into_rgba8();
+    let image = picture::png(&import::read_file(path)?).map_err(|e| Error::file(path, e))?.into_rgba8();
     match size {
         Some(size) if size != image.dimensions() => {
             let (width, height) = size;

@@ -10,6 +10,7 @@ use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
 use spectral_core::tracer::{DeviceInfo, TraceReport};
+use std::fs::File;
 use std::path::PathBuf;
 
 /// How a picture is written.
@@ -86,13 +87,28 @@ impl Picture {
     /// # Errors
     /// [`Error::Output`] if it cannot be written; then nothing is left behind.
     pub fn write(&self, target: &Target) -> Result<u64, Error> {
-        file::write(target.path(), |file| match target.format() {
+        file::write(target.path(), |file| self.encode(target.format(), file))
+    }
+
+    /// The same for a target that a file names: see [`file::replace`].
+    #[cfg(feature = "batch")]
+    pub(crate) fn replace(&self, target: &Target) -> Result<u64, Error> {
+        file::replace(target.path(), |file| self.encode(target.format(), file))
+    }
+
+    /// Writes into the folder for temporary files: see [`file::rescue`].
+    pub(super) fn rescue(&self, target: &Target) -> Result<(PathBuf, u64), Error> {
+        file::rescue(target.path(), |file| self.encode(target.format(), file))
+    }
+
+    fn encode(&self, format: Format, file: &mut File) -> Result<(), String> {
+        match format {
             Format::Png => png::encode(self, file),
             #[cfg(feature = "formats")]
             Format::Exr => exr::encode(self, file),
             #[cfg(not(feature = "formats"))]
             Format::Exr => Err("EXR needs the feature 'formats'".to_owned()),
-        })
+        }
     }
 
     /// What an 8-bit PNG in sRGB would show: encoded, straight alpha, row by row.

@@ -4,17 +4,21 @@
 //! and `coverage`, the number of `samples`, and for spectral films the sums of radiance, `S0000`, `S0001` and so on. The
 //! attribute `gemtrace.part` holds a [`Header`] as JSON.
 
+use crate::import::{self, picture};
 use crate::output::exr::{channel, image, text};
 use crate::{Error, output};
 use exr::meta::attribute::AttributeValue;
 use exr::prelude::{
-    AnyChannel, AnyChannels, FlatSamples, Layer, LayerAttributes, Vec2, WritableImage,
-    read_first_flat_layer_from_file,
+    AnyChannel, AnyChannels, FlatSamples, Layer, LayerAttributes, ReadChannels, ReadLayers, Vec2,
+    WritableImage, read as read_exr,
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use spectral_core::color::RgbSpace;
 use spectral_core::film::{Film, PixelSums};
 use spectral_core::tracer::{DeviceInfo, Energy, TraceReport};
+use spectral_core::wavelength::WavelengthGrid;
+use std::io::Cursor;
 use std::path::Path;
 
 const ATTRIBUTE: &str = "gemtrace.part";
@@ -82,7 +86,7 @@ impl Contribution {
                 self.devices.push(device.clone());
             }
         }
-        self.rays += other.rays;
+        self.rays = self.rays.saturating_add(other.rays);
         self.energy.iter_mut().zip(other.energy).for_each(|(sum, part)| *sum += part);
     }
 
@@ -132,34 +136,64 @@ pub struct Part {
     layer: Layer<AnyChannels<FlatSamples>>,
 }
 
-/// Reads a part.
+/// Reads a part from the bytes of its file.
 ///
 /// # Errors
-/// [`Error::File`] for a file that is no part of a picture, or not complete.
-pub fn read(path: &Path) -> Result<Part, Error> {
-    let refuse = |what: String| Error::file(path, format!("not a complete part of a picture: {what}"));
-    let image = read_first_flat_layer_from_file(path).map_err(|e| refuse(e.to_string()))?;
-    let layer = image.layer_data;
-    let text = match layer.attributes.other.get(&text(ATTRIBUTE)) {
+/// What is wrong with it, for people.
+pub fn decode(bytes: &[u8]) -> Result<Part, String> {
+    let outline = import::guarded(|| picture::own_exr(bytes))?;
+    let text = match outline.own_attributes.other.get(&text(ATTRIBUTE)) {
         Some(AttributeValue::Text(text)) => text.to_string(),
-        _ => return Err(refuse(format!("it has no attribute '{ATTRIBUTE}'"))),
+        _ => return Err(format!("it has no attribute '{ATTRIBUTE}'")),
     };
-    let header = serde_json::from_str(&text).map_err(|e| refuse(format!("'{ATTRIBUTE}': {e}")))?;
-    Ok(Part { header, layer })
+    let header: Header = serde_json::from_str(&text).map_err(|e| format!("'{ATTRIBUTE}': {e}"))?;
+    header.picture.check().map_err(|e| e.to_string())?;
+    let expected = FIXED + header.picture.spectral.len();
+    let channels = outline.channels.list.len();
+    if channels != expected {
+        return Err(format!("it has {channels} channels, where {expected} are expected"));
+    }
+    let layers = read_exr().no_deep_data().largest_resolution_level().all_channels().first_valid_layer();
+    let reader = layers.all_attributes().non_parallel();
+    let image = import::guarded(|| reader.from_buffered(Cursor::new(bytes)).map_err(|e| e.to_string()))?;
+    Ok(Part { header, layer: image.layer_data })
 }
 
+impl PictureHeader {
+    /// Whether it can be a picture's.
+    fn check(&self) -> Result<(), spectral_core::Error> {
+        Film::check_size(self.width, self.height, self.spectral.len())?;
+        if !self.spectral.is_empty() {
+            WavelengthGrid::list(self.spectral.clone())?;
+        }
+        RgbSpace::by_name(&self.space).map(drop)
+    }
+}
+
+/// The channels of every part: `X`, `Y`, `Z`, `coverage`, `samples`.
+const FIXED: usize = 5;
+
 impl Part {
-    /// Puts its rows where they belong.
+    /// Whether it has as many rows of its picture.
+    ///
+    /// # Errors
+    /// What it has instead, for people.
+    pub fn check(&self, rows: usize) -> Result<(), String> {
+        let Vec2(width, height) = self.layer.size;
+        if (width, height) != (self.header.picture.width as usize, rows) {
+            let expected = format!("{} × {rows}", self.header.picture.width);
+            return Err(format!("its size is {width} × {height} pixels, where {expected} are expected"));
+        }
+        Ok(())
+    }
+
+    /// Puts its rows, as many as [`check`](Self::check) was asked about, where they belong.
     ///
     /// # Errors
     /// What does not fit, for people.
     pub fn place(&self, film: &mut Film, rows: &[u32]) -> Result<(), String> {
         let layer = &self.layer;
         let Vec2(width, height) = layer.size;
-        if (width, height) != (film.width() as usize, rows.len()) {
-            let expected = format!("{} × {}", film.width(), rows.len());
-            return Err(format!("its size is {width} × {height} pixels, where {expected} are expected"));
-        }
         let channel = |name: &str| {
             let found = layer.channel_data.list.iter().find(|channel| channel.name.eq(name));
             found.map(|channel| &channel.sample_data).ok_or_else(|| format!("it has no channel '{name}'"))

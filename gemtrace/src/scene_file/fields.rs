@@ -4,7 +4,7 @@ use super::value::{Fault, Value, What};
 use crate::Error;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
-use spectral_core::nearest_name;
+use spectral_core::{nearest_name, shown};
 use std::cell::RefCell;
 use std::path::Path;
 use toml::Spanned;
@@ -42,7 +42,8 @@ impl Document<'_> {
 
 /// Another crate's message in one line, with our quotes.
 fn readable(message: &str) -> String {
-    message.trim().replace('\n', ", ").replace('`', "'")
+    let message: String = message.trim().chars().take(500).collect();
+    message.replace('\n', ", ").replace('`', "'")
 }
 
 fn unknown_key(key: &str, valid: &[&str], place: &str) -> String {
@@ -50,7 +51,7 @@ fn unknown_key(key: &str, valid: &[&str], place: &str) -> String {
         Some(near) => format!("did you mean '{near}'?"),
         None => format!("valid: {}", valid.join(", ")),
     };
-    format!("unknown key '{key}'{place}; {hint}")
+    format!("unknown key '{}'{place}; {hint}", shown(key))
 }
 
 /// One table, and the keys of it that were asked for.
@@ -184,14 +185,13 @@ impl<'a> Entry<'a> {
         let span = self.value.span();
         let text = self.document.text.get(span.clone()).unwrap_or_default();
         // Inline values are shown as they stand; a table with a header of its own would show its header.
-        let shown: String = match self.value.get_ref() {
+        let value: String = match self.value.get_ref() {
             DeValue::Table(_) if !text.starts_with('{') => "a table".into(),
             DeValue::Array(_) if !text.starts_with('[') || text.starts_with("[[") => "a list".into(),
-            _ if text.chars().count() > 40 => text.chars().take(40).chain("…".chars()).collect(),
-            _ => text.split_whitespace().collect::<Vec<_>>().join(" "),
+            _ => shown(&text.split_whitespace().collect::<Vec<_>>().join(" ")),
         };
-        let (key, table) = (&self.key, &self.table);
-        self.error(format!("{key} = {shown} in {table}: expected {expected}"))
+        let (key, table) = (shown(&self.key), &self.table);
+        self.error(format!("{key} = {value} in {table}: expected {expected}"))
     }
 
     /// Anything that serde can read from the value.

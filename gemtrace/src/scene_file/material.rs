@@ -5,13 +5,16 @@ use super::source::Sources;
 use crate::{Error, import};
 use spectral_core::material::{Catalogue, Material, MaterialSpec};
 use spectral_core::settings::RenderSettings;
-use spectral_core::spectrum::Tabulated;
+use spectral_core::{shown, spectrum::Tabulated};
 use std::cell::RefCell;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The scene's own materials, before the catalogue's.
 pub(super) struct Materials {
-    own: Vec<Arc<Material>>,
+    own: HashMap<String, Arc<Material>>,
+    /// Their names as they stand.
+    names: Vec<String>,
 }
 
 pub(super) fn read(
@@ -19,17 +22,18 @@ pub(super) fn read(
     sources: &mut Sources,
     settings: &RenderSettings,
 ) -> Result<Materials, Error> {
-    let mut own = Vec::new();
+    let (mut own, mut names) = (HashMap::new(), Vec::new());
     if let Some(entry) = root.get("material") {
         for entry in entry.fields("[material]")?.entries() {
-            own.push(Arc::new(build(&entry, sources, settings)?));
+            own.insert(entry.key.clone(), Arc::new(build(&entry, sources, settings)?));
+            names.push(entry.key);
         }
     }
-    Ok(Materials { own })
+    Ok(Materials { own, names })
 }
 
 fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Result<Material, Error> {
-    let fields = entry.fields(format!("[material.{}]", entry.key))?;
+    let fields = entry.fields(format!("[material.{}]", shown(&entry.key)))?;
     let spec: MaterialSpec = entry.read()?;
     // The core asks for tables through a shared closure and knows only its own errors.
     let (shared, failed) = (RefCell::new(&mut *sources), RefCell::new(None));
@@ -59,7 +63,7 @@ impl Materials {
     /// The material that an entry names.
     pub fn get(&self, entry: &Entry) -> Result<Arc<Material>, Error> {
         let name = entry.text("the name of a material")?;
-        if let Some(own) = self.own.iter().find(|m| m.name == name) {
+        if let Some(own) = self.own.get(name) {
             return Ok(own.clone());
         }
         Catalogue::builtin()
@@ -70,7 +74,7 @@ impl Materials {
 
     /// The catalogue's complaint, unless one of the scene's own names is as near.
     fn unknown(&self, name: &str, error: spectral_core::Error) -> spectral_core::Error {
-        let own = || self.own.iter().map(|m| m.name.as_str());
+        let own = || self.names.iter().map(String::as_str);
         match error {
             spectral_core::Error::Unknown { kind, name: given, nearest, valid } => {
                 let candidates = own().chain(nearest.as_deref());

@@ -4,10 +4,10 @@ use super::fields::{Entry, Fields, either};
 use super::material::Materials;
 use super::source::Sources;
 use crate::{Error, import};
-use spectral_core::Warning;
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::Stone;
 use spectral_core::shape::ShapeSpec;
+use spectral_core::{Warning, shown};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -43,7 +43,7 @@ fn stone(
         "shape" => (shape(&form, sources)?, "shape"),
         _ => (mesh(key, &form, sources)?, form.text("the name of a file")?),
     };
-    let label = own.map_or_else(|| format!("stone {number} ({source})"), str::to_owned);
+    let label = own.map_or_else(|| format!("stone {number} ({})", shown(source)), shown);
     let mut stone = Stone::new(label, mesh, materials.get(&material)?);
     stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
     if let Some(entry) = priority {

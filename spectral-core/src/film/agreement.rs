@@ -73,7 +73,7 @@ mod tests {
     fn row(values: &[f32]) -> Film {
         let (xyz, ones) = (values.iter().map(|v| [*v; 3]).collect(), vec![1.0; values.len()]);
         let samples = vec![1; values.len()];
-        Film { xyz, coverage: ones, samples, ..Film::empty(values.len() as u32, 1, 0) }
+        Film { xyz, coverage: ones, samples, ..Film::empty(values.len() as u32, 1, 0).expect("a small film") }
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use serde::Deserialize;
 
 use super::{Material, MaterialSpec, Source, within};
-use crate::Error;
+use crate::{Error, shown};
 
 /// A data file: the optics as a scene would give them, and what a scene need not say.
 #[derive(Deserialize)]
@@ -115,7 +115,7 @@ impl Catalogue {
         let nearest = crate::nearest_name(wanted, self.names().chain(aliases)).map(str::to_owned);
         Error::Unknown {
             kind: "material",
-            name: name.to_owned(),
+            name: shown(name),
             nearest,
             valid: self.names().map(str::to_owned).collect(),
         }

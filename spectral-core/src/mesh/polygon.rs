@@ -1,8 +1,10 @@
 //! Polygons cut into triangles that use every corner.
 
+use earcut::{Earcut, utils3d::project3d_to_2d};
 use glam::DVec3;
 
-/// Convex polygons with more corners are halved by a chord first, since the optimum costs the cube of the count.
+/// The optimum costs the cube of the count: of polygons with more corners ears are clipped, and convex ones are halved by
+/// a chord.
 const OPTIMAL_UP_TO: usize = 48;
 /// The most corners of a polygon that need not be convex.
 const MAX_CORNERS: usize = 1024;
@@ -29,6 +31,10 @@ pub fn triangulate(
         return Err(format!("a polygon with {n} corners; at most {MAX_CORNERS} are read, split it"));
     }
     let point = |k: usize| positions[corners[k % n] as usize];
+    if n > OPTIMAL_UP_TO {
+        clip(positions, corners, triangles);
+        return Ok(());
+    }
     // Newell's normal: twice the vector area, right for polygons that are not convex and not quite flat.
     let normal: DVec3 = (0..n).map(|k| point(k).cross(point(k + 1))).sum();
     optimal(positions, corners, |[a, b, c]| (b - a).cross(c - a).dot(normal) / longest([a, b, c]), triangles);
@@ -46,6 +52,50 @@ pub(super) fn triangulate_convex(positions: &[DVec3], corners: &[u32], triangles
     } else {
         optimal(positions, corners, height, triangles);
     }
+}
+
+/// By ears, with the crate `earcut`, which leaves out corners on straight edges: they are put back, each by cutting the
+/// triangle at its edge in two. What cannot be cut like this, such as an outline that crosses itself, becomes a fan.
+fn clip(positions: &[DVec3], corners: &[u32], triangles: &mut Vec<[u32; 3]>) {
+    let n = corners.len() as u32;
+    // From the first corner and in units of the extent, so that no digits are lost, wherever and how small it is.
+    let arm = |corner: &u32| positions[*corner as usize] - positions[corners[0] as usize];
+    let extent =
+        corners.iter().map(|corner| arm(corner).abs().max_element()).fold(f64::MIN_POSITIVE, f64::max);
+    let points: Vec<[f64; 3]> = corners.iter().map(|corner| (arm(corner) / extent).to_array()).collect();
+    let (mut flat, mut cut) = (Vec::new(), Vec::new());
+    if project3d_to_2d(&points, points.len(), &mut flat) {
+        Earcut::new().earcut(flat, &[], &mut cut);
+    }
+    let mut clipped = with_every_corner(n, &cut);
+    if clipped.len() + 2 != n as usize {
+        clipped = (1..n - 1).map(|k| [0, k, k + 1]).collect();
+    }
+    triangles.extend(clipped.iter().map(|triangle| triangle.map(|k| corners[k as usize])));
+}
+
+/// Triangles of a polygon's `n` corners, each in the order of the outline, with the corners that `cut` leaves out.
+fn with_every_corner(n: u32, cut: &[u32]) -> Vec<[u32; 3]> {
+    let mut used = vec![false; n as usize];
+    cut.iter().for_each(|&corner| used[corner as usize] = true);
+    let ahead = |from: u32, to: u32| (to + n - from) % n;
+    // A side of the polygon, but for corners between its ends that are not used.
+    let hides = |from: u32, to: u32| {
+        ahead(from, to) > 1 && (1..ahead(from, to)).all(|step| !used[((from + step) % n) as usize])
+    };
+    let mut open: Vec<[u32; 3]> = cut.as_chunks().0.to_vec();
+    let mut whole = Vec::new();
+    while let Some([a, b, c]) = open.pop() {
+        let [a, b, c] = if ahead(a, b) < ahead(a, c) { [a, b, c] } else { [a, c, b] };
+        match [[a, b, c], [b, c, a], [c, a, b]].into_iter().find(|&[from, to, _]| hides(from, to)) {
+            Some([from, to, apex]) => {
+                let next = (from + 1) % n;
+                open.extend([[from, next, apex], [next, to, apex]]);
+            }
+            None => whole.push([a, b, c]),
+        }
+    }
+    whole
 }
 
 /// Of all triangulations the one whose thinnest triangle is the thickest: a fan would make triangles without area wherever
@@ -135,6 +185,44 @@ mod tests {
             .sum();
         let (sum, least) = areas(&spiral);
         assert!((sum - shoelace.abs()).abs() < 1e-9 && least >= 0.0, "{sum} {shoelace} {least}");
+    }
+
+    #[test]
+    fn polygons_of_many_corners_are_cut_by_their_ears() {
+        let round = |n: usize, radius: &dyn Fn(usize) -> f64| -> Vec<[f64; 2]> {
+            let angle = |k: usize| std::f64::consts::TAU * k as f64 / n as f64;
+            (0..n).map(|k| [radius(k) * angle(k).cos(), radius(k) * angle(k).sin()]).collect()
+        };
+        // A comb of 250 teeth, and a square with 1,000 corners on its edges.
+        let tooth = |k: usize| {
+            let x = k as f64;
+            [[x, 0.0], [x + 0.5, 0.0], [x + 0.5, 1.0], [x + 1.0, 1.0]]
+        };
+        let comb: Vec<[f64; 2]> = (0..250).flat_map(tooth).chain([[250.0, 2.0], [0.0, 2.0]]).collect();
+        let side = |k: usize| (k % 250) as f64 / 250.0;
+        let square = (0..1000).map(|k| match k / 250 {
+            0 => [side(k), 0.0],
+            1 => [1.0, side(k)],
+            2 => [1.0 - side(k), 1.0],
+            _ => [0.0, 1.0 - side(k)],
+        });
+        let shapes = [
+            ("circle", round(1024, &|_| 1.0)),
+            ("star", round(1024, &|k| if k % 2 == 0 { 1.0 } else { 0.5 })),
+            ("comb", comb),
+            ("square", square.collect()),
+        ];
+        for (name, points) in shapes {
+            let next = |k: usize| points[(k + 1) % points.len()];
+            let cross = |k: usize| points[k][0] * next(k)[1] - next(k)[0] * points[k][1];
+            let shoelace: f64 = (0..points.len()).map(cross).sum::<f64>() / 2.0;
+            let (sum, least) = areas(&points);
+            assert!((sum / shoelace - 1.0).abs() < 1e-9 && least > 0.0, "{name}: {sum} {shoelace} {least}");
+        }
+        // What is no polygon becomes triangles all the same: the mesh will say what is wrong with it.
+        areas(&[[0.0; 2]; 60]);
+        areas(&(0..60).map(|k| [f64::from(k), 0.0]).collect::<Vec<_>>());
+        areas(&round(101, &|k| if k % 2 == 0 { 1.0 } else { -1.0 }));
     }
 
     #[test]

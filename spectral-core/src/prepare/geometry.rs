@@ -2,7 +2,7 @@
 
 use super::nest::{Nest, Rank};
 use crate::{
-    Error,
+    Error, memory,
     mesh::{Mesh, Placement, Plane},
     scene::Stone,
 };
@@ -110,7 +110,7 @@ impl Geometry {
             (low, high) = (low.min(*l), high.max(*h));
         }
         let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
-        let mut geometry = Geometry { origin, ..Geometry::with_room(&placed) };
+        let mut geometry = Geometry { origin, ..Geometry::with_room(&placed)? };
         geometry.stone_of_rank = order(&placed);
         let materials = material_indices(stones);
         for (placed, material) in placed.iter().zip(materials) {
@@ -137,15 +137,17 @@ impl Geometry {
     }
 
     /// Empty, with the memory that the stones will take.
-    fn with_room(placed: &[Placed]) -> Geometry {
+    fn with_room(placed: &[Placed]) -> Result<Geometry, Error> {
         let total = |count: fn(&Mesh) -> usize| placed.iter().map(|p| count(&p.stone.mesh)).sum();
-        Geometry {
-            positions: Vec::with_capacity(total(|m| m.positions().len())),
-            triangles: Vec::with_capacity(total(|m| m.triangles().len())),
-            facet_of: Vec::with_capacity(total(|m| m.triangles().len())),
-            facets: Vec::with_capacity(total(|m| m.facets().len())),
+        let triangles = total(|m| m.triangles().len());
+        let what = || format!("a scene of {triangles} triangles");
+        Ok(Geometry {
+            positions: memory::reserved(total(|m| m.positions().len()), what)?,
+            triangles: memory::reserved(triangles, what)?,
+            facet_of: memory::reserved(triangles, what)?,
+            facets: memory::reserved(total(|m| m.facets().len()), what)?,
             ..Geometry::default()
-        }
+        })
     }
 
     fn push(&mut self, placed: &Placed, material: u32) {

@@ -23,7 +23,7 @@ const WIDTH: f64 = 6.5;
 /// Writes the whole catalogue as one picture: a round brilliant of 6.5 mm in each material, in the built-in studio,
 /// in the order of the list; `~` marks those whose figures are approximate. Returns how many there are.
 pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, Error> {
-    output::check(path)?;
+    output::prepare(&[path], [])?;
     let mut session = args.rendering.session()?;
     session.output.exposure = args.exposure;
     let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;

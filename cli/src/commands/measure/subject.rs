@@ -12,7 +12,7 @@ use spectral_core::mesh::Mesh;
 use spectral_core::scene::Stone;
 use spectral_core::settings::RenderSettings;
 use spectral_core::wavelength::WavelengthGrid;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The default number of wavelengths: enough for a mean over a smooth dispersion.
@@ -27,6 +27,8 @@ pub(super) struct Subject {
     /// File and material, for a plot's head.
     pub title: String,
     pub warnings: Vec<Warning>,
+    /// What was read.
+    pub files: Vec<PathBuf>,
 }
 
 impl Subject {
@@ -63,7 +65,8 @@ impl Subject {
         let distance = camera.position.distance(camera.look_at);
         let eye = matches!(camera.projection, Projection::Perspective { .. }).then_some(distance);
         let title = String::new();
-        Ok(Subject { stone, settings: loaded.settings, eye, title, warnings: loaded.warnings })
+        let files = loaded.files.into_iter().map(|file| file.path).chain([args.file.clone()]).collect();
+        Ok(Subject { stone, settings: loaded.settings, eye, title, warnings: loaded.warnings, files })
     }
 
     fn of_solid(args: &Args) -> Result<Self, Error> {
@@ -86,7 +89,8 @@ impl Subject {
         let settings = RenderSettings { wavelengths, ..Conditions::default().settings };
         let name = args.file.display().to_string();
         let stone = Stone::new(name, Arc::new(mesh), Arc::new(material));
-        Ok(Subject { stone, settings, eye: None, title: String::new(), warnings })
+        let files = vec![args.file.clone()];
+        Ok(Subject { stone, settings, eye: None, title: String::new(), warnings, files })
     }
 }
 

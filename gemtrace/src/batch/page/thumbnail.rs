@@ -1,9 +1,12 @@
 //! A picture, small, inside a page.
 
 use crate::batch::manifest::{Done, FileRecord};
+use crate::import::{self, picture};
 use crate::output::{self, Format};
-use image::{ImageFormat, Rgba, RgbaImage, imageops};
+use exr::prelude::{ReadChannels, ReadLayers, read};
+use image::{Rgba, RgbaImage, imageops};
 use spectral_core::color::srgb_encode;
+use std::io::Cursor;
 use std::path::Path;
 
 /// The longest edge, pixels; smaller pictures stay as they are.
@@ -40,9 +43,8 @@ fn complaint(file: &FileRecord, error: &str) -> String {
 }
 
 fn read_png(path: &Path) -> Result<RgbaImage, String> {
-    let bytes = crate::import::read_file(path).map_err(|e| e.to_string())?;
-    let picture = image::load_from_memory_with_format(&bytes, ImageFormat::Png).map_err(|e| e.to_string())?;
-    Ok(picture.to_rgba8())
+    let bytes = import::read_file(path).map_err(|e| e.to_string())?;
+    Ok(picture::png(&bytes)?.into_rgba8())
 }
 
 /// Linear premultiplied floats, shown as the PNG of the same picture would be.
@@ -54,7 +56,12 @@ fn read_exr(path: &Path) -> Result<RgbaImage, String> {
         let alpha = (255.0 * a.clamp(0.0, 1.0)).round() as u8;
         picture.put_pixel(at.0 as u32, at.1 as u32, Rgba([shown(r), shown(g), shown(b), alpha]));
     };
-    let image =
-        exr::prelude::read_first_rgba_layer_from_file(path, create, set).map_err(|e| e.to_string())?;
-    Ok(image.layer_data.channel_data.pixels)
+    let bytes = import::read_file(path).map_err(|e| e.to_string())?;
+    import::guarded(|| {
+        picture::own_exr(&bytes)?;
+        let layer = read().no_deep_data().largest_resolution_level().rgba_channels(create, set);
+        let reader = layer.first_valid_layer().all_attributes().non_parallel();
+        let image = reader.from_buffered(Cursor::new(&bytes)).map_err(|e| e.to_string())?;
+        Ok(image.layer_data.channel_data.pixels)
+    })
 }

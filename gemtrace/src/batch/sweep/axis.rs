@@ -6,7 +6,7 @@ use crate::batch::plain;
 use crate::scene_file::fields::{Entry, Fields};
 use crate::{Error, import};
 use serde_json::Value;
-use spectral_core::nearest_name;
+use spectral_core::{nearest_name, shown};
 use std::path::Path;
 use toml::Table;
 
@@ -55,7 +55,8 @@ pub fn read(root: &Fields) -> Result<Axes, Error> {
         for (number, entry) in entry.list(&format!("a list of {key}"))?.iter().enumerate() {
             let choice = choice(axis, entry, number + 1)?;
             if choices.iter().any(|other| other.name == choice.name) {
-                let message = format!("two of {key} are called '{}'; give one another 'name'", choice.name);
+                let message =
+                    format!("two of {key} are called '{}'; give one another 'name'", shown(&choice.name));
                 return Err(entry.error(message));
             }
             choices.push(choice);
@@ -102,7 +103,7 @@ fn hint(error: Error, named: Option<&str>, known: &[Choice]) -> Error {
     let near = named.and_then(|name| nearest_name(name, known.iter().map(|choice| choice.name.as_str())));
     match (error, near) {
         (Error::Scene { path, line, message }, Some(near)) => {
-            Error::Scene { path, line, message: format!("{message}; did you mean '{near}'?") }
+            Error::Scene { path, line, message: format!("{message}; did you mean '{}'?", shown(near)) }
         }
         (error, _) => error,
     }

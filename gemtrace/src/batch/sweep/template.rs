@@ -3,6 +3,7 @@
 use super::axis::{Axes, Axis, Choice};
 use crate::Error;
 use crate::scene_file::fields::{Entry, either};
+use spectral_core::shown;
 
 /// `"{cut}/{material}-{size}mm"`, taken apart.
 pub struct Template(Vec<Part>);
@@ -24,7 +25,7 @@ impl Template {
             parts.push(Part::Text(before.to_owned()));
             let (key, after) = after
                 .split_once('}')
-                .ok_or_else(|| entry.error(format!("'{text}' has a '{{' without '}}'")))?;
+                .ok_or_else(|| entry.error(format!("'{}' has a '{{' without '}}'", shown(text))))?;
             parts.push(placeholder(key, |axis| listed || axes.has(axis)).map_err(|e| entry.error(e))?);
             rest = after;
         }
@@ -52,15 +53,16 @@ fn placeholder(key: &str, given: impl Fn(Axis) -> bool) -> Result<Part, String> 
     if let Some(digits) = key.strip_prefix("number") {
         return match digits.strip_prefix(':').map_or(Ok(4), str::parse) {
             Ok(digits @ 1..=9) if digits == 4 || key != "number" => Ok(Part::Number(digits)),
-            _ => {
-                Err(format!("'{{{key}}}' is not valid: expected {{number}} or {{number:1}} to {{number:9}}"))
-            }
+            _ => Err(format!(
+                "'{{{}}}' is not valid: expected {{number}} or {{number:1}} to {{number:9}}",
+                shown(key)
+            )),
         };
     }
     match Axis::ALL.into_iter().find(|axis| axis.name() == key) {
         Some(axis) if given(axis) => Ok(Part::Choice(axis)),
         Some(_) => Err(format!("'{{{key}}}' is not swept here")),
-        None => Err(format!("'{{{key}}}' is unknown; valid: 'number', {}", either(&Axis::NAMES))),
+        None => Err(format!("'{{{}}}' is unknown; valid: 'number', {}", shown(key), either(&Axis::NAMES))),
     }
 }
 

@@ -2,9 +2,9 @@
 
 use super::Cut;
 use indicatrix_formats::asc::{self, AscTier};
-use spectral_core::Warning;
 use spectral_core::cut::CutFacet;
 use spectral_core::mesh::Plane;
+use spectral_core::{Warning, shown};
 
 pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
     let text = asc::decode_asc_bytes(bytes);
@@ -41,7 +41,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
 }
 
 fn label(number: usize, tier: &AscTier) -> String {
-    if tier.name.is_empty() { format!("tier {}", number + 1) } else { format!("tier '{}'", tier.name) }
+    if tier.name.is_empty() {
+        format!("tier {}", number + 1)
+    } else {
+        format!("tier '{}'", shown(&tier.name))
+    }
 }
 
 fn tier_facets(tier: &AscTier, azimuth: impl Fn(f64) -> f64) -> Vec<CutFacet> {

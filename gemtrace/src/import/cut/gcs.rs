@@ -3,9 +3,9 @@
 use super::Cut;
 use glam::DVec3;
 use indicatrix_formats::gcs::{self, GcsFacet, GcsTier};
-use spectral_core::Warning;
 use spectral_core::cut::CutFacet;
 use spectral_core::mesh::Plane;
+use spectral_core::{Warning, shown};
 
 pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
     let design = gcs::parse_gcs_bytes(bytes).map_err(|e| format!("not a Gem Cut Studio design: {e}"))?;
@@ -20,7 +20,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
     let mut facets = Vec::new();
     for (number, tier) in design.tiers.iter().enumerate() {
         let name = Some(tier.name.clone()).filter(|n| !n.is_empty());
-        let label = name.clone().unwrap_or_else(|| format!("{}", number + 1));
+        let label = name.as_deref().map_or_else(|| (number + 1).to_string(), shown);
         if !tier.visible {
             warnings.push(Warning::new(format!("tier '{label}' is hidden and is ignored")));
             continue;

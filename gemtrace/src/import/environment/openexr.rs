@@ -5,7 +5,7 @@ use exr::block::chunk::CompressedBlock;
 use exr::compression::Compression;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read as read_exr};
-use spectral_core::Warning;
+use spectral_core::{Warning, shown};
 use std::io::Cursor;
 
 /// What an EXR file offers of a colour.
@@ -100,7 +100,7 @@ fn choose(headers: &[Header]) -> Result<(usize, Channels), String> {
             return Ok((index, Channels::Luminance("Y".into())));
         }
     }
-    let found: Vec<String> = headers.iter().flat_map(names).take(20).collect();
+    let found: Vec<String> = headers.iter().flat_map(names).take(20).map(|name| shown(&name)).collect();
     let found = if found.is_empty() { "none".into() } else { found.join(", ") };
     Err(format!("an environment needs the channels R, G and B, or Y alone; found: {found}"))
 }
