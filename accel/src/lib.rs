@@ -71,6 +71,7 @@ mod ray;
 mod sbvh;
 mod slabs;
 pub mod software;
+mod stack;
 pub mod stats;
 pub mod testing;
 mod traverse;

@@ -13,8 +13,9 @@
 //! it would be called with all its registers in memory.
 
 use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work};
-use crate::slabs::{STEEPEST, WIDENING};
-use crate::{Bvh, triangle::Triangle};
+use crate::slabs::{STEEPEST, ScaledRay, Slabs, WIDENING};
+use crate::stack::Stack;
+use crate::{Bvh, Ray, triangle::Triangle};
 use obvhs::cwbvh::node::CwBvhNode;
 
 /// Rays that start together.
@@ -41,6 +42,10 @@ pub struct Hits {
     pub triangle: [u32; WIDTH],
 }
 
+/// Nodes still to visit, with the lanes that meet them and the slab distances at which these do. Kept from packet to
+/// packet, so that none allocates.
+pub type Pending<V> = Vec<(u32, u16, V)>;
+
 /// Decides which hits are accepted.
 pub trait Accept<V: Lanes> {
     /// The lanes of `hit` for which the triangle is accepted; must depend on ray and triangle alone. Must be marked
@@ -54,12 +59,22 @@ impl Bvh {
     /// Agrees with [`Bvh::closest`] except for the rounding of the parameter. Must be called within a
     /// [`Task`](crate::Task).
     #[inline(always)]
-    pub fn closest_of_packet<V: Lanes, A: Accept<V>>(&self, rays: &Rays<V>, accept: &A) -> Hits {
-        V::apart(Closest { bvh: self, rays, accept })
+    pub fn closest_of_packet<V: Lanes, A: Accept<V>>(
+        &self,
+        rays: &Rays<V>,
+        accept: &A,
+        pending: &mut Pending<V>,
+    ) -> Hits {
+        V::apart(Closest { bvh: self, rays, accept, pending })
     }
 
     #[inline(always)]
-    fn nearest_of_packet<V: Lanes, A: Accept<V>>(&self, rays: &Rays<V>, accept: &A) -> Hits {
+    fn nearest_of_packet<V: Lanes, A: Accept<V>>(
+        &self,
+        rays: &Rays<V>,
+        accept: &A,
+        pending: &mut Pending<V>,
+    ) -> Hits {
         let mut search = Search {
             accept,
             nearest: V::splat(f32::INFINITY),
@@ -70,18 +85,32 @@ impl Bvh {
         while open != 0 {
             let (kind, lanes) = kinds.first(open);
             open &= !lanes;
-            self.traverse(&Beam::new(rays, kind, lanes, self.scale), &mut search);
+            self.traverse(&Beam::new(rays, kind, lanes, self.scale), &mut search, pending);
         }
         search.nearest.store(&mut search.hits.t);
         search.hits
     }
 
     #[inline(always)]
-    fn traverse<V: Lanes, A: Accept<V>>(&self, beam: &Beam<V>, search: &mut Search<'_, V, A>) {
-        let mut stack = Vec::new();
-        let mut next = Some((0u32, beam.lanes));
+    fn traverse<V: Lanes, A: Accept<V>>(
+        &self,
+        beam: &Beam<'_, V>,
+        search: &mut Search<'_, V, A>,
+        stack: &mut Pending<V>,
+    ) {
+        stack.clear();
+        stack.push((0u32, beam.lanes, beam.first));
         let mut last = beam.distance(search.nearest);
-        while let Some((index, lanes)) = next {
+        while let Some((index, lanes, near)) = stack.pop() {
+            let lanes = (!last.lt(near)).bits() & lanes;
+            if lanes == 0 {
+                continue;
+            }
+            if lanes.is_power_of_two() {
+                V::apart(Alone { bvh: self, beam, lanes, index, search });
+                last = beam.distance(search.nearest);
+                continue;
+            }
             let node = &self.nodes[index as usize];
             let inside = V::Mask::from_bits(lanes);
             let mut inner = [(0u32, 0u16, beam.first); 8];
@@ -110,17 +139,60 @@ impl Bvh {
                     }
                 }
             }
-            for entry in inner[..count].iter().rev() {
-                stack.push(*entry);
+            stack.extend(inner[..count].iter().rev());
+        }
+    }
+}
+
+/// The traversal of a subtree for the one lane that is left: a node's eight boxes are tested at once, and triangles as for
+/// any number of lanes.
+struct Alone<'a, 'b, V, A> {
+    bvh: &'a Bvh,
+    beam: &'a Beam<'a, V>,
+    /// One bit.
+    lanes: u16,
+    /// The subtree's root.
+    index: u32,
+    search: &'a mut Search<'b, V, A>,
+}
+
+impl<V: Lanes, A: Accept<V>> Work for Alone<'_, '_, V, A> {
+    type Output = ();
+
+    #[inline(always)]
+    fn work(self) {
+        let Alone { bvh, beam, lanes, index, search } = self;
+        let lane = lanes.trailing_zeros() as usize;
+        let ray = beam.ray(lane);
+        let scaled = ScaledRay::new(&ray, bvh.scale);
+        let slabs = V::Slabs::new(&scaled, scaled.first(ray.t_min));
+        let mut last = scaled.last(search.nearest.lane(lane));
+        let mut stack = Stack::new();
+        let mut next = Some((f32::NEG_INFINITY, index));
+        while let Some((near, index)) = next {
+            // A hit found since this entry was pushed may be nearer.
+            if near > last {
+                next = stack.pop();
+                continue;
             }
-            next = None;
-            while let Some((index, lanes, near)) = stack.pop() {
-                let lanes = (!last.lt(near)).bits() & lanes;
-                if lanes != 0 {
-                    next = Some((index, lanes));
-                    break;
+            let node = &bvh.nodes[index as usize];
+            let entries = slabs.enter(node, last);
+            let mut leaves = entries.hit & !u32::from(node.imask);
+            while leaves != 0 {
+                let (start, length) = node.child_primitives(leaves.trailing_zeros() as usize);
+                leaves &= leaves - 1;
+                for triangle in &bvh.references[start as usize..(start + length) as usize] {
+                    if search.offer(beam, triangle, V::Mask::from_bits(lanes)) {
+                        last = scaled.last(search.nearest.lane(lane));
+                    }
                 }
             }
+            let inner = entries.hit & u32::from(node.imask);
+            let child = |slot: u32| {
+                let before = u32::from(node.imask) & ((1 << slot) - 1);
+                (entries.near[slot as usize % 8], node.child_base_idx + before.count_ones())
+            };
+            next = if inner != 0 { Some(stack.push_but_nearest(inner, child)) } else { stack.pop() };
         }
     }
 }
@@ -130,6 +202,7 @@ struct Closest<'a, V, A> {
     bvh: &'a Bvh,
     rays: &'a Rays<V>,
     accept: &'a A,
+    pending: &'a mut Pending<V>,
 }
 
 impl<V: Lanes, A: Accept<V>> Work for Closest<'_, V, A> {
@@ -137,7 +210,7 @@ impl<V: Lanes, A: Accept<V>> Work for Closest<'_, V, A> {
 
     #[inline(always)]
     fn work(self) -> Hits {
-        self.bvh.nearest_of_packet(self.rays, self.accept)
+        self.bvh.nearest_of_packet(self.rays, self.accept, self.pending)
     }
 }
 
@@ -193,7 +266,8 @@ impl Kinds {
 }
 
 /// Rays of one kind, prepared for the box and triangle tests.
-struct Beam<V> {
+struct Beam<'a, V> {
+    rays: &'a Rays<V>,
     kind: Kind,
     lanes: u16,
     t_min: V,
@@ -213,9 +287,9 @@ struct Beam<V> {
     first: V,
 }
 
-impl<V: Lanes> Beam<V> {
+impl<'a, V: Lanes> Beam<'a, V> {
     #[inline(always)]
-    fn new(rays: &Rays<V>, kind: Kind, lanes: u16, scale: f32) -> Self {
+    fn new(rays: &'a Rays<V>, kind: Kind, lanes: u16, scale: f32) -> Self {
         let (o, d) = (rays.origin, rays.direction);
         let (origins, directions) = ([o.x, o.y, o.z], [d.x, d.y, d.z]);
         let [a, b, c] = kind.axes;
@@ -237,6 +311,7 @@ impl<V: Lanes> Beam<V> {
         let t_min = V::splat(rays.t_min);
         let first = t_min * rate;
         Beam {
+            rays,
             kind,
             lanes,
             t_min,
@@ -251,6 +326,13 @@ impl<V: Lanes> Beam<V> {
         }
     }
 
+    /// The ray of a lane.
+    #[inline(always)]
+    fn ray(&self, lane: usize) -> Ray {
+        let [o, d] = [&self.rays.origin, &self.rays.direction].map(|v| [v.x, v.y, v.z].map(|c| c.lane(lane)));
+        Ray { origin: o.into(), direction: d.into(), t_min: self.rays.t_min, t_max: f32::INFINITY }
+    }
+
     /// The slab distance of a ray parameter, rounded up.
     #[inline(always)]
     fn distance(&self, t: V) -> V {
@@ -263,27 +345,31 @@ impl<V: Lanes> Beam<V> {
 const ROUNDING: f32 = 4.0 * f32::EPSILON;
 
 /// The boxes of a node's children, prepared for a beam.
-struct Boxes<'a, V> {
-    /// By axis: the sides at which the beam enters, and those at which it leaves.
-    sides: [[&'a [u8; 8]; 2]; 3],
+struct Boxes<V> {
+    /// By axis: the sides at which the beam enters each child, and those at which it leaves. All are decoded at once,
+    /// which takes fewer operations than one by one.
+    sides: [[[f32; 8]; 2]; 3],
     step: [V; 3],
     start: [V; 3],
     end: [V; 3],
 }
 
-impl<'a, V: Lanes> Boxes<'a, V> {
+impl<V: Lanes> Boxes<V> {
     #[inline(always)]
-    fn new(beam: &Beam<V>, node: &'a CwBvhNode) -> Self {
-        let mut sides = [
+    fn new(beam: &Beam<'_, V>, node: &CwBvhNode) -> Self {
+        let packed = [
             [&node.child_min_x, &node.child_max_x],
             [&node.child_min_y, &node.child_max_y],
             [&node.child_min_z, &node.child_max_z],
         ];
+        let mut sides = [[[0.0; 8]; 2]; 3];
         let cell = node.compute_extent();
         let (mut step, mut start, mut end) = (beam.inverse, beam.inverse, beam.inverse);
         for axis in 0..3 {
-            if beam.kind.octant & (4 >> axis) != 0 {
-                sides[axis].swap(0, 1);
+            let turned = usize::from(beam.kind.octant & (4 >> axis) != 0);
+            for child in 0..8 {
+                sides[axis][turned][child] = f32::from(packed[axis][0][child]);
+                sides[axis][1 - turned][child] = f32::from(packed[axis][1][child]);
             }
             let inverse = beam.inverse[axis];
             step[axis] = V::splat(cell[axis]) * inverse;
@@ -299,8 +385,8 @@ impl<'a, V: Lanes> Boxes<'a, V> {
     fn slabs(&self, child: usize, first: V, last: V) -> (V, V) {
         let (mut near, mut far) = (first, last);
         for axis in 0..3 {
-            let [enter, leave] = self.sides[axis];
-            let (enter, leave) = (V::splat(f32::from(enter[child])), V::splat(f32::from(leave[child])));
+            let [enter, leave] = &self.sides[axis];
+            let (enter, leave) = (V::splat(enter[child]), V::splat(leave[child]));
             near = enter.fma(self.step[axis], self.start[axis]).max(near);
             far = leave.fma(self.step[axis], self.end[axis]).min(far);
         }
@@ -319,7 +405,7 @@ struct Search<'a, V, A> {
 impl<V: Lanes, A: Accept<V>> Search<'_, V, A> {
     /// Takes the hits with a triangle that precede those found so far. Returns whether there are any.
     #[inline(always)]
-    fn offer(&mut self, beam: &Beam<V>, triangle: &Triangle, lanes: V::Mask) -> bool {
+    fn offer(&mut self, beam: &Beam<'_, V>, triangle: &Triangle, lanes: V::Mask) -> bool {
         let (hit, t) = beam.intersect(triangle);
         let hit = hit & lanes & !t.lt(beam.t_min) & !self.nearest.lt(t);
         if hit.bits() == 0 {
@@ -345,7 +431,7 @@ impl<V: Lanes, A: Accept<V>> Search<'_, V, A> {
     }
 }
 
-impl<V: Lanes> Beam<V> {
+impl<V: Lanes> Beam<'_, V> {
     /// The rays whose lines meet a triangle, and the parameters.
     #[inline(always)]
     fn intersect(&self, triangle: &Triangle) -> (V::Mask, V) {

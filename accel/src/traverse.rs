@@ -23,17 +23,15 @@
 //! the triangles of a node together with the node. Otherwise the time goes to a dependency chain, since the address of
 //! each node follows from the box test before it, and to unpredictable branches, which are kept few and short.
 
-mod stack;
-
 use obvhs::cwbvh::node::CwBvhNode;
 
 use crate::instructions::Task;
 use crate::lanes::{Lanes, Work};
 use crate::slabs::{ScaledRay, Slabs};
+use crate::stack::Stack;
 use crate::stats::Counter;
 use crate::triangle::Shear;
 use crate::{Bvh, Hit, Ray};
-use stack::Stack;
 
 /// The interval of the search and the best hit so far.
 pub(crate) struct Search<'a, A> {

@@ -41,7 +41,7 @@ impl Task for Closest<'_> {
             t_min: self.t_min,
             lanes: self.lanes,
         };
-        self.bvh.closest_of_packet(&rays, &Any)
+        self.bvh.closest_of_packet(&rays, &Any, &mut Vec::new())
     }
 }
 

@@ -6,12 +6,12 @@
 //! [`Rounding::margin`] beyond a plane, so hits up to that far behind the start count.
 
 use accel::lanes::{Lanes, Row, Triple, WIDTH};
-use accel::packet::{Accept, Rays};
+use accel::packet::{Accept, Pending, Rays};
 use accel::{Bvh, Hit, Ray};
 use glam::Vec3;
 use spectral_core::{
     Error,
-    prepare::{Nest, PreparedScene, Rank, Rounding},
+    prepare::{FacetPlane, Nest, PreparedScene, Rank, Rounding},
 };
 
 /// A facet plane in single precision.
@@ -20,6 +20,8 @@ struct Plane {
     normal: Vec3,
     offset: f32,
     rank: Rank,
+    /// Whether another stone's face may be in contact with it.
+    touched: bool,
 }
 
 /// The next optical surface on a ray: media differ before and after it.
@@ -51,15 +53,16 @@ impl Surfaces {
         let positions: Vec<Vec3> = geometry.positions.iter().map(|p| p.as_vec3()).collect();
         let bvh = Bvh::build(&positions, &geometry.triangles, &accel::BuildOptions::default())
             .map_err(|e| Error::Device { device: "cpu".into(), message: e.to_string() })?;
-        let plane = |f: &spectral_core::prepare::FacetPlane| Plane {
+        let plane = |(f, touched): (&FacetPlane, bool)| Plane {
             normal: f.normal.as_vec3(),
             offset: f.offset as f32,
             rank: geometry.stones[f.stone as usize].rank,
+            touched,
         };
         Ok(Surfaces {
             bvh,
             facet_of: geometry.facet_of.clone(),
-            planes: geometry.facets.iter().map(plane).collect(),
+            planes: geometry.facets.iter().zip(geometry.touched_facets()).map(plane).collect(),
             material_of_rank: geometry.material_of_rank(),
             rounding: geometry.rounding(),
         })
@@ -95,10 +98,11 @@ impl Surfaces {
         direction: Triple<V>,
         nest: Nest,
         lanes: u16,
+        pending: &mut Pending<V>,
     ) -> [Option<Crossing>; WIDTH] {
         let passable = Passable { surfaces: self, origin, direction, nest };
         let rays = Rays { origin, direction, t_min: -self.rounding.behind, lanes };
-        let hits = self.bvh.closest_of_packet(&rays, &passable);
+        let hits = self.bvh.closest_of_packet(&rays, &passable, pending);
         let (origins, directions) = (origin.stored(), direction.stored());
         let mut crossings = [None; WIDTH];
         let mut toggled = (Rank::MAX, nest);
@@ -120,10 +124,10 @@ impl Surfaces {
                 toggled = (plane.rank, nest.toggled(plane.rank));
             }
             let distance = self.distance(plane, t, origin, direction);
-            let after = if self.rounding.contact == 0.0 {
-                toggled.1
-            } else {
+            let after = if plane.touched {
                 self.with_contacts(origin, direction, distance, plane, nest)
+            } else {
+                toggled.1
             };
             crossings[lane] = if self.optics(nest) == self.optics(after) {
                 self.next(origin, direction, nest)
@@ -191,7 +195,7 @@ impl Surfaces {
     /// The nest after crossing `first` and every face of another stone that lies on it.
     fn with_contacts(&self, origin: Vec3, direction: Vec3, distance: f32, first: &Plane, nest: Nest) -> Nest {
         let mut after = nest.toggled(first.rank);
-        if self.rounding.contact == 0.0 {
+        if !first.touched {
             return after;
         }
         let towards = first.normal.dot(direction).abs().max(Rounding::GRAZING);

@@ -4,6 +4,7 @@
 //! about a local origin, the middle of the stones. A backend's single precision then resolves the stones, wherever in
 //! the world they stand.
 
+mod contact;
 mod geometry;
 mod medium;
 mod nest;

@@ -17,6 +17,7 @@ use crate::{
     throughput::Throughput,
 };
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, put};
+use accel::packet::Pending;
 use spectral_core::{
     prepare::{Nest, Rank},
     settings::Leftover,
@@ -56,6 +57,8 @@ pub(super) struct Walk<'a, V, T> {
     account: &'a mut Account,
     stop: &'a Stop<'a>,
     stack: Vec<Packet<V, T>>,
+    /// Room for the search in the hierarchy.
+    pending: Pending<V>,
     /// By rank: a facet to try first.
     guesses: Vec<usize>,
 }
@@ -81,7 +84,15 @@ impl<V: Lanes, T: Throughput<V>> Work for Arrive<'_, '_, V, T> {
 impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
     #[inline(always)]
     pub fn new(tree: &'a Tree, light: &'a Light, account: &'a mut Account, stop: &'a Stop<'a>) -> Self {
-        Walk { tree, light, account, stop, stack: Vec::new(), guesses: vec![0; tree.alone.len()] }
+        Walk {
+            tree,
+            light,
+            account,
+            stop,
+            stack: Vec::new(),
+            pending: Vec::new(),
+            guesses: vec![0; tree.alone.len()],
+        }
     }
 
     /// Radiances towards the eye along the camera rays of a pixel's samples; `behind`: whether the light behind
@@ -150,7 +161,8 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
         }
         let near = packet.lanes & self.near(&packet);
         let surfaces = &self.tree.surfaces;
-        let crossings = surfaces.next_of_packet(packet.origin, packet.direction, packet.nest, near);
+        let crossings =
+            surfaces.next_of_packet(packet.origin, packet.direction, packet.nest, near, &mut self.pending);
         let mut met = 0;
         for (lane, crossing) in crossings.iter().enumerate() {
             met |= u16::from(crossing.is_some()) << lane;

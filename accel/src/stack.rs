@@ -6,7 +6,7 @@ type Entry = (f32, u32);
 /// Nodes still to visit, with the nearest child of each node on top.
 ///
 /// The array is large enough for ordinary trees. For deeper ones its contents move to the heap.
-pub(super) struct Stack {
+pub(crate) struct Stack {
     entries: [Entry; Stack::SIZE],
     len: usize,
     spilled: Vec<Entry>,
