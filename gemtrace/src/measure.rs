@@ -119,6 +119,7 @@ pub fn sodium() -> WavelengthGrid {
 
 /// A stone in one position, measured. Every figure but the angle is a share from 0 to 1.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Position {
     /// Degrees.
     pub tilt: f64,

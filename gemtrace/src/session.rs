@@ -45,6 +45,7 @@ impl<F: FnMut(Progress) -> ControlFlow<()>> Watch for F {
 
 /// The outcome of a render.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Rendered {
     /// The account of all devices together.
     pub traced: TraceReport,

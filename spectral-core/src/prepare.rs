@@ -36,6 +36,7 @@ use std::sync::Arc;
 /// Its parts outlive it: [`update`](Self::update) prepares only those that a change touches and shares the others, so
 /// that a backend knows by [`Arc::ptr_eq`] what it has already. Copies share all of them.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct PreparedScene {
     /// The settings it was prepared for.
     pub settings: RenderSettings,

@@ -20,6 +20,7 @@ pub struct Expected {
 
 /// What was joined.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Merged {
     /// Pictures that are there and whole.
     pub items: usize,

@@ -22,6 +22,7 @@ pub struct Place {
 
 /// The outcome of a run.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Summary {
     /// Items in the shard.
     pub items: usize,

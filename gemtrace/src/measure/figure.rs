@@ -5,6 +5,7 @@ use spectral_core::environment::Pattern;
 
 /// Means over some rays, as shares of what they would bring from light of radiance 1 all around.
 #[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Figures {
     /// Rays that were averaged over.
     pub rays: usize,

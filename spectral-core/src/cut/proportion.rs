@@ -16,6 +16,7 @@ const TIER: f64 = 0.05;
 /// The girdle is every facet within 2° of upright or, where there is none, the edge between crown and pavilion. Crown
 /// and pavilion are the facets above and below.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Proportions {
     /// The smaller of the x and y extents.
     pub width: f64,

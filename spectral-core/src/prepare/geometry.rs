@@ -12,6 +12,7 @@ use std::sync::{Arc, Weak};
 
 /// The exact plane of a facet: n·x = offset, n the unit normal out of the stone.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct FacetPlane {
     /// Unit, outward.
     pub normal: DVec3,
@@ -23,6 +24,7 @@ pub struct FacetPlane {
 
 /// One stone's share of the flat arrays.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct PreparedStone {
     /// For messages.
     pub name: String,
@@ -71,6 +73,7 @@ fn place(stone: &Stone) -> Place {
 
 /// All stones' surfaces. Lengths in mm.
 #[derive(Debug, Clone, Default)]
+#[non_exhaustive]
 pub struct Geometry {
     /// The local origin in the world: the middle of the stones.
     pub origin: DVec3,

@@ -8,6 +8,7 @@ use glam::DVec3;
 
 /// Bounds of rounding for a scene traced in single precision. Lengths in mm.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Rounding {
     /// Largest distance by which rounding puts the start of a ray beyond the surface it starts on.
     pub margin: f32,
@@ -30,6 +31,7 @@ impl Rounding {
 
 /// The part of a ray that is inside all planes of a convex stone; none if `far` is less than `near`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub struct Span {
     /// Where the ray is inside of all planes that face its origin, mm along the ray; not negative.
     pub near: f64,

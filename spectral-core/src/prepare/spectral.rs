@@ -16,6 +16,7 @@ use std::sync::Arc;
 
 /// All that transport asks of a wavelength grid. Every array runs over the grid's wavelengths, ascending.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct SpectralTable {
     /// nm.
     pub wavelengths: Vec<f64>,
@@ -37,6 +38,7 @@ const MOST_GRIDS_ON_LATTICE: u32 = 243;
 
 /// The optics of a scene.
 #[derive(Debug)]
+#[non_exhaustive]
 pub struct Optics {
     /// One table for all samples, or one a sample where wavelengths are jittered.
     pub tables: Vec<SpectralTable>,
