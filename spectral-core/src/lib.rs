@@ -68,6 +68,7 @@
 pub mod absorption;
 pub mod cie;
 pub mod color;
+pub mod crystal;
 pub mod dispersion;
 mod error;
 pub mod fresnel;
