@@ -16,6 +16,7 @@ use crate::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work};
 use crate::slabs::{STEEPEST, ScaledRay, Slabs, WIDENING};
 use crate::stack::Stack;
 use crate::{Bvh, Ray, triangle::Triangle};
+use glam::Vec3;
 use obvhs::cwbvh::node::CwBvhNode;
 
 /// Rays that start together.
@@ -329,8 +330,10 @@ impl<'a, V: Lanes> Beam<'a, V> {
     /// The ray of a lane.
     #[inline(always)]
     fn ray(&self, lane: usize) -> Ray {
-        let [o, d] = [&self.rays.origin, &self.rays.direction].map(|v| [v.x, v.y, v.z].map(|c| c.lane(lane)));
-        Ray { origin: o.into(), direction: d.into(), t_min: self.rays.t_min, t_max: f32::INFINITY }
+        let Rays { origin: o, direction: d, t_min, .. } = *self.rays;
+        let origin = Vec3::new(o.x.lane(lane), o.y.lane(lane), o.z.lane(lane));
+        let direction = Vec3::new(d.x.lane(lane), d.y.lane(lane), d.z.lane(lane));
+        Ray { origin, direction, t_min, t_max: f32::INFINITY }
     }
 
     /// The slab distance of a ray parameter, rounded up.
