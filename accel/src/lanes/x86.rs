@@ -405,7 +405,12 @@ impl Lanes for Avx2 {
 
     #[inline(always)]
     fn select(mask: Mask256, yes: Self, no: Self) -> Self {
-        halves!(i => _mm256_blendv_ps(no.0[i], yes.0[i], mask.0[i]))
+        // As bytes: of a blend of words, one of them loaded from where the result goes, LLVM makes a masked store. On AMD's
+        // Zen 2 and Zen 3 that takes some twenty operations, and a load from there waits for all of them.
+        halves!(i => {
+            let [no, yes, mask] = [_mm256_castps_si256(no.0[i]), _mm256_castps_si256(yes.0[i]), _mm256_castps_si256(mask.0[i])];
+            _mm256_castsi256_ps(_mm256_blendv_epi8(no, yes, mask))
+        })
     }
 
     #[inline(always)]
