@@ -39,7 +39,7 @@ moments() { # COMMAND COUNT
     folder=$work/$1/$i
     mkdir "$folder"
     # As its own process, so that it and nothing around it is killed.
-    "$1" "$folder" & shell=$!
+    "$1" "$folder" 2>/dev/null & shell=$!
     sleep "$(printf '%d.%09d' $((took * i / $2 / 1000000000)) $((took * i / $2 % 1000000000)))"
     child=$(pgrep -P "$shell" || true)
     if [ -n "$child" ] && kill -KILL $child 2>/dev/null; then killed=$((killed + 1)); fi

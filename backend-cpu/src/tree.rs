@@ -18,7 +18,7 @@ use packet::Walk;
 use spectral_core::{
     camera::CameraRay,
     film::Tile,
-    prepare::{FacetPlane, Nest, PreparedScene, PreparedStone, Rank},
+    prepare::{FacetPlane, Geometry, Nest, PreparedScene, PreparedStone, Rank},
     scene::Background,
     settings::{Leftover, RenderSettings},
 };
@@ -77,8 +77,11 @@ impl Tree {
         let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
         let geometry = &scene.geometry;
         let by_rank = || (0..geometry.stones.len()).map(|rank| geometry.stone(rank as Rank));
-        let alone =
-            by_rank().map(|stone| is_alone(stone, scene).then(|| Planes::new(geometry, stone))).collect();
+        let lone = alone(geometry);
+        let planes = |&stone: &u32| {
+            lone[stone as usize].then(|| Planes::new(geometry, &geometry.stones[stone as usize]))
+        };
+        let alone = geometry.stone_of_rank.iter().map(planes).collect();
         let few = geometry.stones.len() <= FEW;
         let spheres = if few { by_rank().map(sphere).collect() } else { Vec::new() };
         let threshold = threshold as f32;
@@ -94,23 +97,30 @@ impl Tree {
     }
 }
 
-/// Whether a stone is convex, transparent, and apart from all others, as their boxes or one of its facets' planes
+/// Of each stone whether it is convex, transparent, and apart from all others, as their boxes or one of its facets' planes
 /// show.
-fn is_alone(stone: &PreparedStone, scene: &PreparedScene) -> bool {
-    let geometry = &scene.geometry;
+fn alone(geometry: &Geometry) -> Vec<bool> {
     let gap = 2.0 * f64::from(geometry.rounding().contact.max(geometry.rounding().margin));
     let beyond = |other: &PreparedStone, facet: &FacetPlane| {
         let corners =
             geometry.triangles_of(other).iter().flatten().map(|&corner| geometry.positions[corner as usize]);
         corners.into_iter().all(|corner| facet.normal.dot(corner) > facet.offset + gap)
     };
-    let apart = |other: &PreparedStone| {
-        std::ptr::eq(stone, other)
-            || (stone.low - gap).cmpgt(other.high).any()
+    let apart = |stone: &PreparedStone, other: &PreparedStone| {
+        (stone.low - gap).cmpgt(other.high).any()
             || (stone.high + gap).cmplt(other.low).any()
             || geometry.facets_of(stone).iter().any(|facet| beyond(other, facet))
     };
-    stone.has_few_planes() && !stone.conductor && geometry.stones.iter().all(apart)
+    let stones = &geometry.stones;
+    let mut alone: Vec<bool> =
+        stones.iter().map(|stone| stone.has_few_planes() && !stone.conductor).collect();
+    // Twice the gap, so that no pair is left out by rounding.
+    for (a, b) in geometry.near_pairs(2.0 * gap) {
+        for (one, other) in [(a, b), (b, a)] {
+            alone[one] = alone[one] && apart(&stones[one], &stones[other]);
+        }
+    }
+    alone
 }
 
 /// A sphere about a stone's box, a little larger than rounding needs.

@@ -7,6 +7,7 @@
 mod contact;
 mod geometry;
 mod medium;
+mod neighbour;
 mod nest;
 mod outline;
 mod rounding;

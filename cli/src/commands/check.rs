@@ -27,7 +27,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         loaded.warnings.iter().chain(&scene.warnings).map(ToString::to_string).collect();
     warnings.iter().for_each(|warning| console.warn(warning));
     let grid = loaded.settings.wavelengths.nm();
-    let stones: Vec<_> = loaded.scene.stones.iter().map(|stone| stone_facts(stone, grid)).collect();
+    let told = if console.json { usize::MAX } else { FEW };
+    let stones: Vec<_> =
+        loaded.scene.stones.iter().take(told).map(|stone| stone_facts(stone, grid)).collect();
     let json = json!({
         "scene": args.scene.display().to_string(),
         "hash": loaded.hash,
@@ -39,6 +41,9 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     });
     Ok(Report::new(describe(&loaded, &scene), json))
 }
+
+/// So many stones are described where nobody asks for JSON: the figures of a hundred thousand take a gigabyte.
+const FEW: usize = 1000;
 
 /// A stone with its optics at the wavelengths that the settings name, before any jitter.
 fn stone_facts(stone: &Stone, nm: &[f64]) -> Value {

@@ -161,6 +161,34 @@ fn quiet_is_silent_and_help_documents_the_exit_codes() {
 
 #[cfg(unix)]
 #[test]
+fn every_scene_ends_within_a_second() {
+    let place = Workplace::new();
+    let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    for name in ["brilliant", "pair", "ring", "ruby", "tray", "transparent"] {
+        let scene = scenes.join(name).with_extension("toml").display().to_string();
+        let mut command = place.gemtrace(&[
+            "render",
+            &scene,
+            "--backend",
+            "cpu",
+            "--samples",
+            "65536",
+            "-o",
+            "a.png",
+            "-q",
+        ]);
+        let mut child = command.stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(700));
+        let asked = std::time::Instant::now();
+        assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{name}");
+        assert!(asked.elapsed().as_secs_f64() < 1.0, "{name}: {:?}", asked.elapsed());
+    }
+    assert!(place.files().iter().all(|name| name == "a.partial.png"), "{:?}", place.files());
+}
+
+#[cfg(unix)]
+#[test]
 fn control_c_writes_what_is_finished_within_a_second() {
     let place = Workplace::new();
     let mut command = place.gemtrace(&["render", "tiny.toml", "--samples", "65536", "--json"]);

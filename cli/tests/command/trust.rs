@@ -161,6 +161,52 @@ fn a_long_name_is_shown_short() {
     assert!(output.stdout.len() < 4000);
 }
 
+#[test]
+fn time_and_memory_are_in_proportion_to_the_file() {
+    let place = Workplace::new();
+    let cube = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\n\
+                f 3 4 8 7\nf 4 1 5 8\n";
+    // Twenty prisms over polygons of 1,024 corners.
+    let corner = |k: usize| std::f64::consts::TAU * k as f64 / 1024.0;
+    let mut prisms = String::new();
+    for prism in 0..20 {
+        for (z, k) in [0, 1].into_iter().flat_map(|z| (0..1024).map(move |k| (z, k))) {
+            prisms += &format!("v {} {} {z}\n", 3.0 * f64::from(prism) + corner(k).cos(), corner(k).sin());
+        }
+        let [low, high] = [0, 1024].map(|from| -> Vec<String> {
+            (1..=1024).map(|k| (prism as usize * 2048 + from + k).to_string()).collect()
+        });
+        let below: Vec<&str> = low.iter().rev().map(String::as_str).collect();
+        prisms += &format!("f {}\nf {}\n", below.join(" "), high.join(" "));
+        for k in 0..1024 {
+            let next = (k + 1) % 1024;
+            prisms += &format!("f {} {} {} {}\n", low[k], low[next], high[next], high[k]);
+        }
+    }
+    let continued = |word: &str| format!("{cube}# {}", format!("{word} \\\n").repeat(100_000));
+    for (name, text) in [("prisms.obj", prisms), ("a.obj", continued("")), ("b.obj", continued("f 1 2 3"))] {
+        place.write(name, text);
+        let start = Instant::now();
+        let output = place.gemtrace(&["cut", name]).output().unwrap();
+        assert!(output.status.success(), "{name}: {}", told(&output));
+        assert!(start.elapsed() < Duration::from_secs(5), "{name}: {:?}", start.elapsed());
+    }
+    // A hundred thousand cubes side by side.
+    place.write("cube.obj", cube);
+    let at: String = (0..100_000)
+        .map(|i| format!("{{ position = [{}, {}, 0] }},\n", 2 * (i % 317), 2 * (i / 317)))
+        .collect();
+    let scene = LIT.replace("image = \"sky.png\"", "uniform = [1, 1, 1]");
+    let scene = scene.replace("shape = \"step\"\nwidth = 2", &format!("mesh = \"cube.obj\"\nat = [\n{at}]"));
+    place.write("tiny.toml", scene);
+    let start = Instant::now();
+    let output = place.gemtrace(&["check", "tiny.toml"]).output().unwrap();
+    assert!(output.status.success(), "{}", told(&output));
+    assert!(start.elapsed() < Duration::from_secs(10), "{:?}", start.elapsed());
+    #[cfg(target_os = "linux")]
+    assert!(limited(&place, 700_000, "check tiny.toml").status.success());
+}
+
 /// A chunk of a PNG.
 fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let body = [kind, data].concat();
@@ -220,6 +266,26 @@ fn a_colour_profile_takes_no_more_memory_than_its_picture() {
     // Whether it is ignored or refused.
     let output = limited(&place, 400_000, "check tiny.toml");
     assert!(matches!(output.status.code(), Some(0 | 3)), "{}", told(&output));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_file_that_outgrows_its_limit_is_not_there() {
+    let place = Workplace::new();
+    // Blocks of 512 or 1024 bytes, as the shell has it.
+    let program = env!("CARGO_BIN_EXE_gemtrace");
+    let render = format!("ulimit -f 2 && exec '{program}' render tiny.toml --backend cpu --size 64x64");
+    let temporary = place.name("temporary");
+    std::fs::create_dir(&temporary).unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", &render]).current_dir(place.folder.path()).env("TMPDIR", &temporary);
+    let output = command.output().unwrap();
+    assert_matches(&told(&output), "*error: tiny.png: cannot be written (File too large*");
+    assert_eq!(output.status.code(), Some(4), "{output:?}");
+    assert_eq!(
+        (place.files(), std::fs::read_dir(&temporary).unwrap().count()),
+        (vec!["temporary".into()], 0)
+    );
 }
 
 #[cfg(target_os = "linux")]

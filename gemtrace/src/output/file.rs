@@ -6,7 +6,7 @@ use spectral_core::shown_lines;
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::io;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 
 /// Whether a file can be written there, tried before any work is done.
 ///
@@ -51,6 +51,7 @@ pub fn write(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), String>) ->
 }
 
 /// The same for a name that comes from a file: a link of this name is replaced, wherever it leads.
+#[cfg(feature = "batch")]
 pub fn replace(path: &Path, fill: impl FnOnce(&mut File) -> Result<(), String>) -> Result<u64, Error> {
     place(path, fill).map_err(|message| cannot_be_written(path, &message))
 }
@@ -174,7 +175,9 @@ pub fn refuse_overlap<'a>(
 
 /// Whether a text names a file and nothing else: no folder, no drive, no control character. What comes from a file may
 /// name no other place to write to.
+#[cfg(feature = "batch")]
 pub fn is_plain_name(name: &str) -> bool {
+    use std::path::Component;
     let mut components = Path::new(name).components();
     let only = (components.next(), components.next());
     matches!(only, (Some(Component::Normal(only)), None) if only == name)

@@ -97,6 +97,9 @@ pub struct Geometry {
     sources: Vec<Source>,
 }
 
+/// The most that a triangle takes while a hierarchy is built over it, as `cli/tests/memory.rs` measures.
+const BYTES_A_TRIANGLE: u64 = 268;
+
 impl Geometry {
     /// Surfaces nearer than this share of [`Geometry::radius`] are in optical contact: no air between.
     ///
@@ -123,7 +126,8 @@ impl Geometry {
             geometry.stones[stone as usize].rank = rank as Rank;
         }
         geometry.radius = geometry.positions.iter().map(|p| p.length()).fold(0.0, f64::max);
-        geometry.contacts = geometry.any_near(geometry.radius * Self::CONTACT);
+        let contacts = geometry.near_pairs(geometry.radius * Self::CONTACT).next().is_some();
+        geometry.contacts = contacts;
         Ok(geometry)
     }
 
@@ -144,6 +148,7 @@ impl Geometry {
         let total = |count: fn(&Mesh) -> usize| placed.iter().map(|p| count(&p.stone.mesh)).sum();
         let triangles = total(|m| m.triangles().len());
         let what = || format!("a scene of {triangles} triangles");
+        memory::check(triangles as u64 * BYTES_A_TRIANGLE, what)?;
         Ok(Geometry {
             positions: memory::reserved(total(|m| m.positions().len()), what)?,
             triangles: memory::reserved(triangles, what)?,
@@ -178,13 +183,6 @@ impl Geometry {
             low: *low - origin,
             high: *high - origin,
         });
-    }
-
-    fn any_near(&self, gap: f64) -> bool {
-        let apart = |a: &PreparedStone, b: &PreparedStone| {
-            (a.low - b.high).max_element() > gap || (b.low - a.high).max_element() > gap
-        };
-        self.stones.iter().enumerate().any(|(i, a)| self.stones[..i].iter().any(|b| !apart(a, b)))
     }
 
     /// A stone's facets.
