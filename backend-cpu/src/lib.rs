@@ -68,6 +68,7 @@ fn device(backend: &'static str, intersection: &'static str) -> DeviceInfo {
         // goes into pictures, which are the same for any number.
         name: format!("{} CPU", std::env::consts::ARCH),
         driver: String::new(),
+        api: "",
         memory: 0,
         intersection,
         hardware: true,

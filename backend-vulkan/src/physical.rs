@@ -181,6 +181,7 @@ impl Physical {
             index,
             name: self.name.clone(),
             driver: self.driver.clone(),
+            api: "Vulkan",
             memory: self.memory.memory_heaps_as_slice().iter().filter(local).map(|heap| heap.size).sum(),
             intersection: self.forms()[0].name(),
             hardware: self.hardware,

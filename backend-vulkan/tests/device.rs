@@ -51,6 +51,7 @@ fn a_device_that_is_gone_is_refused_by_name() {
         index: 99,
         name: "a card that was sold".into(),
         driver: String::new(),
+        api: "",
         memory: 0,
         intersection: Intersection::Software.name(),
         hardware: true,

@@ -72,7 +72,7 @@ pub(crate) fn unusable() -> Vec<Unusable> {
     let unusable = |adapter: &wgpu::Adapter| {
         let info = adapter.get_info();
         let reason = lacks(adapter)?;
-        Some(Unusable { name: format!("{} ({})", info.name, info.backend), reason })
+        Some(Unusable { name: format!("{} through {}", info.name, api(info.backend)), reason })
     };
     all.iter().filter_map(unusable).collect()
 }
@@ -89,14 +89,27 @@ pub(crate) fn devices_with_subgroups() -> Vec<DeviceInfo> {
     able.map(|(index, adapter)| describe(index, adapter)).collect()
 }
 
+/// The name of an interface, as its makers write it.
+fn api(backend: wgpu::Backend) -> &'static str {
+    match backend {
+        wgpu::Backend::Vulkan => "Vulkan",
+        wgpu::Backend::Metal => "Metal",
+        wgpu::Backend::Dx12 => "Direct3D 12",
+        wgpu::Backend::Gl => "OpenGL",
+        wgpu::Backend::BrowserWebGpu => "WebGPU",
+        wgpu::Backend::Noop => "nothing",
+    }
+}
+
 fn describe(index: usize, adapter: &wgpu::Adapter) -> DeviceInfo {
     let info = adapter.get_info();
-    let driver = format!("{} {} ({})", info.driver, info.driver_info, info.backend);
+    let driver = format!("{} {}", info.driver, info.driver_info);
     DeviceInfo {
         backend: "wgpu",
         index,
         name: info.name,
         driver: driver.trim().to_owned(),
+        api: api(info.backend),
         memory: 0,
         intersection: "SBVH, or facet planes for one convex stone, in compute shaders",
         hardware: info.device_type != wgpu::DeviceType::Cpu,
@@ -274,6 +287,14 @@ fn plain(error: &wgpu::Error) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_device_says_which_interface_it_is_reached_through() {
+        for (adapter, device) in adapters().iter().zip(devices()) {
+            assert_eq!(device.api, api(adapter.get_info().backend));
+        }
+        assert_eq!(api(wgpu::Backend::Gl), "OpenGL");
+    }
 
     #[test]
     fn what_a_device_is_short_of_is_named_with_what_is_needed() {

@@ -22,9 +22,11 @@ use crate::Error;
 pub(crate) use decoder::guarded;
 pub use decoder::is_decoding;
 use spectral_core::{Warning, memory, nearest_name, shown};
+use std::borrow::Cow;
 use std::fs::File;
 use std::io::{ErrorKind, Read};
 use std::path::Path;
+use std::str::Utf8Error;
 
 /// The largest file that is read, bytes (4 GiB).
 pub const MAX_FILE_BYTES: u64 = 4 << 30;
@@ -97,16 +99,43 @@ fn neighbour(path: &Path) -> String {
     }
 }
 
-/// A file's text: UTF-8, with or without a byte-order mark.
+/// A file's text: UTF-8, with or without a byte-order mark, or UTF-16 with one.
 ///
 /// # Errors
-/// [`Error::File`] naming the line with the first byte that is not UTF-8.
-pub fn text<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, Error> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    std::str::from_utf8(bytes).map_err(|e| {
+/// [`Error::File`] naming the line with the first byte that is neither.
+pub fn text<'a>(path: &Path, bytes: &'a [u8]) -> Result<Cow<'a, str>, Error> {
+    let fault = |bytes: &[u8], e: Utf8Error| {
         let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
         Error::file(path, format!("line {line} is not UTF-8 text"))
-    })
+    };
+    match utf8(bytes) {
+        Cow::Borrowed(bytes) => std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|e| fault(bytes, e)),
+        Cow::Owned(bytes) => {
+            String::from_utf8(bytes).map(Cow::Owned).map_err(|e| fault(e.as_bytes(), e.utf8_error()))
+        }
+    }
+}
+
+/// Text without its byte-order mark, UTF-16 of either order as UTF-8. What is no UTF-16 becomes a byte that is no UTF-8
+/// either. What begins with no mark stays as it is.
+fn utf8(bytes: &[u8]) -> Cow<'_, [u8]> {
+    let (units, big) = match bytes {
+        [0xEF, 0xBB, 0xBF, rest @ ..] => return rest.into(),
+        [0xFE, 0xFF, rest @ ..] => (rest, true),
+        [0xFF, 0xFE, rest @ ..] => (rest, false),
+        _ => return bytes.into(),
+    };
+    let read = |pair: [u8; 2]| if big { u16::from_be_bytes(pair) } else { u16::from_le_bytes(pair) };
+    let (pairs, left) = units.as_chunks::<2>();
+    let mut text = Vec::with_capacity(units.len());
+    for character in char::decode_utf16(pairs.iter().map(|pair| read(*pair))) {
+        match character {
+            Ok(character) => text.extend(character.encode_utf8(&mut [0; 4]).as_bytes()),
+            Err(_) => text.push(0xFF),
+        }
+    }
+    text.resize(text.len() + left.len(), 0xFF);
+    text.into()
 }
 
 /// The extension in lower case; empty if there is none.

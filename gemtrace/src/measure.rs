@@ -254,9 +254,10 @@ impl<'a> Measurement<'a> {
     }
 }
 
-/// The table of a stone in its file's own frame: the facet that faces +z, to 0.8°, and lies highest.
+/// The table of a stone before its rotation: the facet that faces +z, to 0.8°, and lies highest.
 fn table(stone: &Stone) -> Option<u32> {
-    let level = stone.mesh.facets().iter().enumerate().filter(|(_, facet)| facet.plane.normal.z > 0.9999);
+    let facing = |normal: DVec3| (stone.up.matrix() * normal).z > 0.9999;
+    let level = stone.mesh.facets().iter().enumerate().filter(|(_, facet)| facing(facet.plane.normal));
     let highest = level.max_by(|(_, a), (_, b)| a.plane.offset.total_cmp(&b.plane.offset));
     highest.map(|(index, _)| index as u32)
 }

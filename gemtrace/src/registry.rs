@@ -190,7 +190,7 @@ impl Candidates {
         } else {
             "is software".to_owned()
         };
-        Some(format!("{} {fault}", label(backend, device)))
+        Some(format!("{} {fault}", label(device)))
     }
 }
 
@@ -214,7 +214,7 @@ impl Iterator for Candidates {
                 (true, false) => String::new(),
             };
             let why: Vec<_> = std::iter::once(why).filter(|why| !why.is_empty()).chain(remarks).collect();
-            let reason = format!("{}: {}", label(&backend, &device), why.join("; "));
+            let reason = format!("{}: {}", label(&device), why.join("; "));
             if !self.replaced {
                 self.waiting.clear();
             }
@@ -233,13 +233,17 @@ pub fn kind(device: &DeviceInfo) -> &'static str {
     }
 }
 
-/// "cpu", "vulkan llvmpipe": what drivers add to a name in brackets is left out.
-pub fn label(backend: &Backend, device: &DeviceInfo) -> String {
-    if backend.name == CPU {
-        return backend.name.to_owned();
+/// "cpu", "vulkan llvmpipe", "wgpu llvmpipe through OpenGL": what drivers add to a name in brackets is left out.
+pub fn label(device: &DeviceInfo) -> String {
+    let DeviceInfo { backend, api, name, .. } = device;
+    if *backend == CPU {
+        return CPU.to_owned();
     }
-    let name = device.name.split(" (").next().unwrap_or_default();
-    format!("{} {name}", backend.name)
+    let name = name.split(" (").next().unwrap_or_default();
+    if api.is_empty() || api.eq_ignore_ascii_case(backend) {
+        return format!("{backend} {name}");
+    }
+    format!("{backend} {name} through {api}")
 }
 
 /// Probes a device, in a thread of its own, which is left behind if the driver never returns.

@@ -106,7 +106,7 @@ impl Assets {
     pub fn load(&mut self, path: &Path) -> Result<LoadedScene, Error> {
         let bytes = import::read_file(path)?;
         let text = import::text(path, &bytes)?;
-        self.parse(text, path, path.parent().unwrap_or(Path::new("")))
+        self.parse(&text, path, path.parent().unwrap_or(Path::new("")))
     }
 
     /// As [`parse`], without reading again what the scene before it named.

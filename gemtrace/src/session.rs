@@ -222,7 +222,7 @@ impl Session {
     ) -> Option<(Choice, Option<Box<dyn Device>>)> {
         let choice = self.candidates.next()?;
         if let Some(error) = rendered.failure.take() {
-            watch.warning(&format!("{error}; {} carries on", label(&choice.backend, &choice.device)));
+            watch.warning(&format!("{error}; {} carries on", label(&choice.device)));
         }
         watch.chosen(&choice);
         Some((choice, None))
@@ -287,5 +287,5 @@ fn failure(choice: &Choice, error: spectral_core::Error) -> Error {
         spectral_core::Error::Device { message, .. } => message,
         other => other.to_string(),
     };
-    Error::Render { device: label(&choice.backend, &choice.device), message }
+    Error::Render { device: label(&choice.device), message }
 }

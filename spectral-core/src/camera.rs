@@ -173,6 +173,23 @@ impl View {
         }
     }
 
+    /// The same view from another origin.
+    pub(crate) fn from(&self, origin: DVec3) -> View {
+        View { origin, ..self.clone() }
+    }
+
+    /// Where parallel rays begin: the image plane's middle and its direction; `None` for rays from an eye.
+    pub(crate) fn plane(&self) -> Option<(DVec3, DVec3)> {
+        self.parallel.then_some((self.origin, self.forward))
+    }
+
+    /// A point seen by parallel rays: to the right and upwards, −1 to 1 within the picture, and mm before the image plane.
+    pub(crate) fn on_plane(&self, point: DVec3) -> DVec3 {
+        let from = point - self.origin;
+        let share = |axis: DVec3| from.dot(axis) / axis.length_squared();
+        DVec3::new(share(self.right), share(self.up), from.dot(self.forward))
+    }
+
     /// The same view with the world's origin moved to `origin`.
     pub(crate) fn seen_from(&self, origin: DVec3) -> View {
         View { origin: self.origin - origin, ..self.clone() }

@@ -3,11 +3,9 @@
 //! A cut is the intersection of the half-spaces of its facets. [`Cut::solid`] computes vertices and edges and keeps each
 //! plane exactly as designed; [`Proportions`] measures the stone.
 
-use crate::{Error, Warning, mesh::Mesh, mesh::Plane};
+use crate::{Error, Warning, mesh::Facet, mesh::Mesh, mesh::Plane};
 
-mod polytope;
 mod proportion;
-mod solid;
 
 pub use proportion::Proportions;
 
@@ -52,19 +50,15 @@ pub struct Cut {
 
 impl Cut {
     /// The largest number of facets. The largest published designs have about a thousand.
-    pub const MAX_FACETS: usize = 10_000;
+    pub const MAX_FACETS: usize = Mesh::MOST_FACETS;
 
     /// The convex solid behind all facets. Its mesh has one facet for each facet of the cut that touches it, in the order of
     /// the cut and with the same plane.
     ///
-    /// In published designs, facets meet only approximately: four facets that should meet in a point leave an edge of 1e-7
-    /// or 1e-3 of the stone. Edges shorter than 1e-6 of the radius are contracted, so vertices lie within this distance of
-    /// the planes; a vertex of exactly three facets is at their intersection. Longer edges are kept. Facets that do not
-    /// touch the solid, or repeat another, are omitted and reported.
+    /// How facets that meet only approximately are taken, and what is refused, says [`Mesh::from_half_spaces`].
     ///
     /// # Errors
-    /// [`Error::Value`] for a plane that is not finite or too many facets; [`Error::Solid`] if the solid is unbounded (with
-    /// the direction) or empty.
+    /// As there.
     ///
     /// ```
     /// use spectral_core::{cut::{Cut, CutFacet}, mesh::Plane};
@@ -79,6 +73,7 @@ impl Cut {
     /// # Ok::<(), spectral_core::Error>(())
     /// ```
     pub fn solid(&self) -> Result<(Mesh, Vec<Warning>), Error> {
-        solid::build(&self.facets)
+        let facet = |f: &CutFacet| Facet { plane: f.plane, name: f.name.clone() };
+        Mesh::from_half_spaces(&self.facets.iter().map(facet).collect::<Vec<_>>())
     }
 }

@@ -6,17 +6,26 @@
 //! the place of the fault.
 
 use glam::{DMat3, DVec3};
+use std::ops::Range;
 
 use crate::{Error, Warning};
 
 mod convexity;
 mod facet;
+mod half_spaces;
 mod placement;
 pub mod polygon;
+mod polytope;
+pub(crate) mod proximity;
+mod rounded;
+mod solid;
 mod topology;
+mod union;
 mod weld;
 
+use facet::Grouped;
 pub(crate) use placement::Placement;
+use topology::Surface;
 
 /// An oriented plane `normal · x = offset`; the solid lies where `normal · x <= offset`.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -145,6 +154,8 @@ pub struct Mesh {
     facet_of: Vec<u32>,
     facets: Vec<Facet>,
     shells: usize,
+    /// For each of [`Mesh::solids`] the end of its triangles.
+    solids: Vec<u32>,
     convex: bool,
 }
 
@@ -153,8 +164,9 @@ impl Mesh {
     /// of length.
     ///
     /// Coincident vertices are joined, triangles without area removed, triangles wound against their neighbours reversed, and
-    /// an inverted mesh is turned inside out; each is reported. There may be several shells; an inward one is a cavity.
-    /// Connected coplanar triangles become one [`Facet`] with the area-weighted best plane.
+    /// an inverted mesh is turned inside out; each is reported. There may be several shells; an inward one is a cavity of
+    /// the shell around it, and the mesh is the union of those that overlap. Connected coplanar triangles become one
+    /// [`Facet`] with the area-weighted best plane.
     ///
     /// # Errors
     /// [`Error::Value`] if there are no triangles, or for an index or coordinate out of range; [`Error::Solid`], with the
@@ -177,29 +189,53 @@ impl Mesh {
         options.check()?;
         weld::check_input(&positions, &triangles)?;
         let mut warnings = Vec::new();
-        let surface = weld::close(positions, triangles, options.weld, &mut warnings)?;
-        let grouped = facet::group(&surface, options);
-        let mut mesh = Mesh {
-            positions: surface.positions,
-            triangles: surface.triangles,
-            facet_of: grouped.facet_of,
-            facets: grouped.planes.into_iter().map(|plane| Facet { plane, name: None }).collect(),
-            shells: surface.shells,
-            convex: false,
-        };
-        mesh.convex = convexity::is_convex(&mesh, &surface.across);
+        let mut surface = weld::close(positions, triangles, options.weld, &mut warnings)?;
+        let solids = solid::separate(&mut surface, &mut warnings);
+        let Grouped { facet_of, planes } = facet::group(&surface, options, facet::ROUNDING);
+        let (mut mesh, surface) = Mesh::of(surface, solids, facet_of, planes);
+        mesh.convex = convexity::is_convex(&mesh, &surface.across, convexity::TOLERANCE * surface.extent);
+        if !mesh.convex {
+            mesh = rounded::solid(mesh, surface, options);
+        }
         Ok((mesh, warnings))
+    }
+
+    /// The grouped triangles of a surface, which is given back without its vertices and triangles.
+    fn of(surface: Surface, solids: Vec<u32>, facet_of: Vec<u32>, planes: Vec<Plane>) -> (Mesh, Surface) {
+        let facets = planes.into_iter().map(|plane| Facet { plane, name: None }).collect();
+        let Surface { positions, triangles, shells, .. } = surface;
+        let mesh = Mesh { positions, triangles, facet_of, facets, shells, solids, convex: false };
+        (mesh, Surface { positions: Vec::new(), triangles: Vec::new(), ..surface })
+    }
+
+    /// The largest number of half-spaces of [`from_half_spaces`](Self::from_half_spaces).
+    pub const MOST_FACETS: usize = half_spaces::MOST_FACETS;
+
+    /// The convex solid behind all planes. It has one facet for each plane that touches it, in the order given.
+    ///
+    /// In published designs, facets meet only approximately: four facets that should meet in a point leave an edge of 1e-7
+    /// or 1e-3 of the stone. Edges shorter than 1e-6 of the radius are contracted, so vertices lie within this distance of
+    /// the planes; a vertex of exactly three facets is at their intersection. Longer edges are kept. Facets that do not
+    /// touch the solid, or repeat another, are omitted and reported.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for a plane that is not finite or too many facets; [`Error::Solid`] if the solid is unbounded (with
+    /// the direction) or empty.
+    ///
+    pub fn from_half_spaces(facets: &[Facet]) -> Result<(Mesh, Vec<Warning>), Error> {
+        half_spaces::build(facets)
     }
 
     /// A convex mesh from one polygon for each facet: a loop of indices into `positions`, counter-clockwise seen from
     /// outside. The polygons must form a closed surface.
-    pub(crate) fn from_polygons(positions: Vec<DVec3>, polygons: &[Vec<u32>], facets: Vec<Facet>) -> Mesh {
+    fn from_polygons(positions: Vec<DVec3>, polygons: &[Vec<u32>], facets: Vec<Facet>) -> Mesh {
         let (mut triangles, mut facet_of) = (Vec::new(), Vec::new());
         for (k, loop_) in polygons.iter().enumerate() {
             polygon::triangulate_convex(&positions, loop_, &mut triangles);
             facet_of.resize(triangles.len(), k as u32);
         }
-        Mesh { positions, triangles, facet_of, facets, shells: 1, convex: true }
+        let solids = vec![triangles.len() as u32];
+        Mesh { positions, triangles, facet_of, facets, shells: 1, solids, convex: true }
     }
 
     /// The vertices.
@@ -228,7 +264,15 @@ impl Mesh {
         self.shells
     }
 
-    /// Whether the solid is the intersection of its facets' half-spaces, to 1e-6 of its extent.
+    /// The solids that the mesh is the union of: for each its triangles, a range of [`triangles`](Self::triangles). There is
+    /// one, with all shells, unless shells overlap or touch.
+    pub fn solids(&self) -> impl ExactSizeIterator<Item = Range<u32>> + '_ {
+        let start = |k: usize| if k == 0 { 0 } else { self.solids[k - 1] };
+        self.solids.iter().enumerate().map(move |(k, &end)| start(k)..end)
+    }
+
+    /// Whether the solid is the intersection of its facets' half-spaces, to 1e-6 of its extent. A mesh that is convex
+    /// but for the rounding of its file is replaced by the intersection, so it counts.
     pub fn is_convex(&self) -> bool {
         self.convex
     }
@@ -238,14 +282,25 @@ impl Mesh {
         bounds(&self.positions)
     }
 
-    /// The enclosed volume; always positive.
+    /// The enclosed volume; always positive. Where [`solids`](Self::solids) overlap, that of their union, or above 30,000
+    /// triangles the sum of theirs.
     pub fn volume(&self) -> f64 {
+        if self.is_union() {
+            return union::measure(self).0;
+        }
         signed_volume(&self.positions, &self.triangles)
     }
 
-    /// The area of the whole surface.
+    /// The area of the whole surface; where [`solids`](Self::solids) overlap, as [`volume`](Self::volume).
     pub fn area(&self) -> f64 {
+        if self.is_union() {
+            return union::measure(self).1;
+        }
         self.facet_areas().iter().sum()
+    }
+
+    fn is_union(&self) -> bool {
+        self.solids.len() > 1 && self.triangles.len() <= union::MOST_TRIANGLES
     }
 
     /// The area of each facet, the sum over its triangles.
@@ -295,6 +350,13 @@ fn bounds_of(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
 fn cross(positions: &[DVec3], triangle: &[u32; 3]) -> DVec3 {
     let [a, b, c] = triangle.map(|v| positions[v as usize]);
     (b - a).cross(c - a)
+}
+
+/// The solid angle that a triangle takes up, seen from the origin; negative from its back (van Oosterom & Strackee 1983).
+pub(crate) fn solid_angle([a, b, c]: [DVec3; 3]) -> f64 {
+    let (la, lb, lc) = (a.length(), b.length(), c.length());
+    let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
+    2.0 * a.dot(b.cross(c)).atan2(below)
 }
 
 /// Sum of the signed tetrahedra between the triangles and the middle of the bounding box. This apex is nearer than the

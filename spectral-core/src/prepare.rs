@@ -5,11 +5,13 @@
 //! the world they stand.
 
 mod contact;
+mod eye;
 mod geometry;
 mod medium;
 mod neighbour;
 mod nest;
 mod outline;
+mod overlap;
 mod rounding;
 mod spectral;
 
@@ -109,9 +111,10 @@ impl PreparedScene {
         };
         let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
         let environment = Self::light(&scene.environment, geometry.origin, before);
-        let view = view.seen_from(geometry.origin);
+        let (view, moved) = geometry.clear(view.seen_from(geometry.origin))?;
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let mut warnings = optics.warnings.clone();
+        warnings.extend(moved);
         if !eye_nest.is_empty() {
             warnings.push(Warning::new("the camera stands inside a stone"));
         }

@@ -21,13 +21,62 @@ pub enum Background {
     Transparent,
 }
 
+/// The axis of a mesh's file that points up in the world, where +z is the normal of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Up {
+    /// The file's x.
+    X,
+    /// The file's y, as in most programs for modelling.
+    Y,
+    /// The file's z.
+    #[default]
+    Z,
+}
+
+impl Up {
+    /// The names of the axes, as scenes have them.
+    pub const NAMES: [&str; 3] = ["x", "y", "z"];
+
+    /// The axis of a name.
+    ///
+    /// ```
+    /// use {glam::DVec3, spectral_core::scene::Up};
+    /// let y = Up::by_name("y")?;
+    /// assert_eq!(y.matrix() * DVec3::Y, DVec3::Z);
+    /// assert!(Up::by_name("w").is_err());
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] with the valid names.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
+        match name {
+            "x" => Ok(Up::X),
+            "y" => Ok(Up::Y),
+            "z" => Ok(Up::Z),
+            _ => Err(Error::unknown("axis", name, Self::NAMES)),
+        }
+    }
+
+    /// The rotation that brings the axis to +z. It exchanges coordinates, so it rounds nothing.
+    pub fn matrix(self) -> DMat3 {
+        match self {
+            Up::X => DMat3::from_cols(DVec3::Z, DVec3::X, DVec3::Y),
+            Up::Y => DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::NEG_Y),
+            Up::Z => DMat3::IDENTITY,
+        }
+    }
+}
+
 /// A stone (or a piece of metal): a closed mesh, a material, and where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stone {
     /// For messages: "stone 2 (ring.obj)".
     pub name: String,
-    /// Shape in the file's own units and frame, +z the table's normal.
+    /// Shape in the file's own units and frame.
     pub mesh: Arc<Mesh>,
+    /// The axis of the mesh that is the table's normal; everything below is said of the mesh with this axis as +z.
+    pub up: Up,
     /// Scale about the file's origin until the smaller of the x and y extents is this many mm; `None`
     /// takes the mesh's units as mm.
     pub width: Option<f64>,
@@ -48,6 +97,7 @@ impl Stone {
         Stone {
             name: name.into(),
             mesh,
+            up: Up::Z,
             width: None,
             rotation: DVec3::ZERO,
             position: DVec3::ZERO,
@@ -56,7 +106,7 @@ impl Stone {
         }
     }
 
-    /// The mesh in the world: R·(scale·file) + position, in mm.
+    /// The mesh in the world: R·(scale·up·file) + position, in mm.
     ///
     /// # Errors
     /// [`Error::Value`] for a width, rotation or position that is not usable.
@@ -78,7 +128,7 @@ impl Stone {
     /// # Errors
     /// As [`placed`](Self::placed), without making a mesh.
     pub fn bounds(&self) -> Result<(DVec3, DVec3), Error> {
-        Ok(self.placement()?.bounds(&self.mesh))
+        Ok(self.placement()?.bounds(&self.mesh, 0..self.mesh.triangles().len() as u32))
     }
 
     /// How the mesh is placed, which keeps it within the range of coordinates.
@@ -100,7 +150,15 @@ impl Stone {
         let rotation = DMat3::from_rotation_z(angles.z)
             * DMat3::from_rotation_y(angles.y)
             * DMat3::from_rotation_x(angles.x);
+        // A product with the identity may change the sign of a zero.
+        let rotation = if self.up == Up::Z { rotation } else { rotation * self.up.matrix() };
         Ok((rotation, self.scale()?, self.position))
+    }
+
+    /// The smaller of the mesh's x and y extents with [`up`](Self::up) as +z, in the file's unit.
+    pub fn file_width(&self) -> f64 {
+        let (low, high) = self.mesh.bounds();
+        (self.up.matrix() * (high - low)).abs().truncate().min_element()
     }
 
     fn scale(&self) -> Result<f64, Error> {
@@ -109,8 +167,7 @@ impl Stone {
             let what = format!("{}: width", self.name);
             return Err(Error::value(what, width, "a width in mm, above 0 and at most 1e6"));
         }
-        let (low, high) = self.mesh.bounds();
-        Ok(width / (high - low).truncate().min_element())
+        Ok(width / self.file_width())
     }
 }
 

@@ -20,6 +20,8 @@ pub struct DeviceInfo {
     pub name: String,
     /// Driver and version, empty where there is none.
     pub driver: String,
+    /// The system's interface that it is reached through ("Vulkan", "OpenGL"), empty where there is none.
+    pub api: &'static str,
     /// Memory that the device can use, bytes; 0 if unknown.
     pub memory: u64,
     /// How rays find surfaces here.

@@ -81,6 +81,7 @@ fn trace(
         index: 0,
         name: "fake".into(),
         driver: String::new(),
+        api: "",
         memory: 0,
         intersection: "none",
         hardware: false,

@@ -35,8 +35,12 @@ pub fn cases() -> Vec<Case> {
     let sapphire = vec![brilliant(material("sapphire"))];
     let bluish = Environment::uniform([0.6, 0.8, 1.0]);
     let ring = vec![stone(torus(2.2, 0.8, 24, 12), glass(1.5))];
+    let from = |position: [f64; 3], look_at: [f64; 3]| {
+        let camera = Camera { position: position.into(), look_at: look_at.into(), ..view(50.0) };
+        scene(camera, 64, studio(), vec![stone(block.clone(), glass(1.5))])
+    };
     vec![
-        case("box", one(64, studio(), stone(block, glass(1.5))), lines(3)),
+        case("box", one(64, studio(), stone(block.clone(), glass(1.5))), lines(3)),
         case("round-brilliant", one(96, studio(), diamond()), lines(4)),
         case("round-brilliant-scalar", one(96, studio(), diamond()), scalar.clone()),
         case("step-cut", one(96, studio(), gem("step", material("emerald"))), lines(4)),
@@ -46,7 +50,7 @@ pub fn cases() -> Vec<Case> {
         case("nested-and-touching", nested(), coarse.clone()),
         case("torus", scene(view(16.0), 64, studio(), ring), coarse.clone()),
         case("star", star_scene(), coarse.clone()),
-        case("metal-beside-stone", beside_metal(), coarse),
+        case("metal-beside-stone", beside_metal(), coarse.clone()),
         case("tiny-lights", one(96, lamps(), diamond()), lines(4)),
         case(
             "orthographic-transparent",
@@ -75,6 +79,8 @@ pub fn cases() -> Vec<Case> {
             RenderSettings { max_depth: 12, ..lines(4) },
         ),
         case("two-stones-on-a-ground", two_stones(above_ground(bluish)), lines(4)),
+        case("camera-on-a-facet", from([0.3, -2.0, -0.2], [0.0, 4.0, 0.5]), coarse.clone()),
+        case("camera-on-a-corner", from([-2.0, -2.0, 2.0], [0.0, 0.0, 0.0]), coarse),
         case("curved", one(64, studio(), stone(sphere(2.5, 12, 24), glass(1.5))), lines(3)),
     ]
 }

@@ -4,11 +4,14 @@ mod tier;
 
 use super::table;
 use crate::console::{Console, Report};
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gemtrace::{Error, import, output};
+use glam::DVec3;
 use serde_json::{Value, json};
 use spectral_core::Warning;
 use spectral_core::cut::{Cut, Proportions};
 use spectral_core::mesh::{Mesh, Plane};
+use spectral_core::scene::Up;
 use spectral_core::shown_lines;
 use std::path::{Path, PathBuf};
 use tier::Tier;
@@ -18,6 +21,9 @@ use tier::Tier;
 pub struct Args {
     /// A cut (.asc, .gem, .gcs) or a mesh (.obj, .stl, .ply).
     pub file: PathBuf,
+    /// The axis of a mesh's file that is the normal of the table [default: z].
+    #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(Up::NAMES).try_map(|name| Up::by_name(&name)))]
+    pub up: Option<Up>,
     /// Write the closed solid here, as triangles in the file's unit of length (.obj).
     #[arg(long, value_name = "FILE")]
     pub mesh: Option<PathBuf>,
@@ -28,18 +34,26 @@ pub struct Args {
 ///
 /// # Errors
 /// [`Error::File`] for a file that cannot be read or, for a mesh, that bounds no solid; [`Error::Output`] for the
-/// mesh to write.
+/// mesh to write; [`Error::Usage`] for `--up` with a cut.
 pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     if let Some(path) = &args.mesh {
         output::prepare(&[path], [args.file.as_path()])?;
     }
     let bytes = import::read_file(&args.file)?;
     if import::cut::Format::of(&args.file).is_some() {
+        if args.up.is_some() {
+            return Err(Error::Usage(
+                "--up is for meshes; the table of a cut is always towards +z".to_owned(),
+            ));
+        }
         let (cut, warnings) = import::cut::read(&args.file, &bytes)?;
         return design(args, &cut, warnings, console);
     }
-    let (mesh, warnings) = import::mesh::read(&args.file, &bytes)?;
+    let (mut mesh, warnings) = import::mesh::read(&args.file, &bytes)?;
     warnings.iter().for_each(|warning| console.warn(warning));
+    if let Some(up) = args.up {
+        mesh = mesh.transformed(up.matrix(), 1.0, DVec3::ZERO)?;
+    }
     write_mesh(args.mesh.as_deref(), &mesh)?;
     let measures = Measures::of(&mesh);
     let mut json =

@@ -17,7 +17,7 @@ pub fn run(_: &Args) -> Report {
 
 /// Lists backends: their devices, and what they cannot use with the reason.
 pub fn list(backends: &[Backend]) -> Report {
-    let titles = ["backend", "device", "name", "driver", "memory", "kind", "intersection"];
+    let titles = ["backend", "device", "name", "driver", "api", "memory", "kind", "intersection"];
     let mut rows = vec![titles.map(str::to_owned).to_vec()];
     let mut json = Vec::new();
     for backend in backends {
@@ -45,6 +45,7 @@ fn row(backend: &Backend, device: &DeviceInfo) -> Vec<String> {
         device.index.to_string(),
         device.name.clone(),
         or_dash(device.driver.clone()),
+        or_dash(device.api.to_owned()),
         memory(device.memory),
         registry::kind(device).to_owned(),
         device.intersection.to_owned(),
@@ -53,7 +54,7 @@ fn row(backend: &Backend, device: &DeviceInfo) -> Vec<String> {
 
 fn unusable_row(backend: &Backend, unusable: &Unusable) -> Vec<String> {
     let reason = format!("unusable: {}", unusable.reason);
-    [backend.name, "–", &unusable.name, "–", "–", "–", &reason].map(str::to_owned).to_vec()
+    [backend.name, "–", &unusable.name, "–", "–", "–", "–", &reason].map(str::to_owned).to_vec()
 }
 
 fn memory(bytes: u64) -> String {

@@ -14,6 +14,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gemtrace::measure::{Conditions, Hinge, Measurement, Position, sodium};
 use gemtrace::{Error, Session, output, registry};
 use spectral_core::environment::Pattern;
+use spectral_core::scene::Up;
 use spectral_core::settings::Leftover;
 use spectral_core::tracer::Progress;
 use spectral_core::wavelength::WavelengthGrid;
@@ -31,6 +32,9 @@ pub struct Args {
     /// Width in mm: the smaller extent [default: the scene's; for a cut or a mesh, the file's units as mm].
     #[arg(long, value_name = "MM")]
     pub width: Option<f64>,
+    /// The axis of a mesh's file that is the normal of the table [default: the scene's; for a mesh, z].
+    #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(Up::NAMES).try_map(|name| Up::by_name(&name)))]
+    pub up: Option<Up>,
     /// Light models, separated by commas.
     #[arg(long, value_name = "NAMES", value_delimiter = ',', default_value = "iso,cos,sc2",
         value_parser = PossibleValuesParser::new(Pattern::NAMES).try_map(|name| Pattern::by_name(&name)))]

@@ -6,6 +6,7 @@ mod binary;
 mod facts;
 mod failure;
 mod measure;
+mod mesh;
 mod motion;
 mod picture;
 mod read;

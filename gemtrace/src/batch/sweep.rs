@@ -59,7 +59,7 @@ pub const MAX_ITEMS: usize = 100_000;
 pub fn load(path: &Path) -> Result<Plan, Error> {
     let bytes = import::read_file(path)?;
     let text = import::text(path, &bytes)?;
-    parse(text, path, path.parent().unwrap_or(Path::new("")))
+    parse(&text, path, path.parent().unwrap_or(Path::new("")))
 }
 
 /// Reads a sweep from its text. `path` names it in messages; the files it names are found from `folder`.

@@ -4,7 +4,7 @@ mod asc;
 mod gcs;
 mod gem;
 
-use super::{about, blame, extension, guarded};
+use super::{about, blame, extension, guarded, utf8};
 use crate::Error;
 use spectral_core::Warning;
 use spectral_core::cut::Cut;
@@ -45,9 +45,9 @@ pub fn read(path: &Path, bytes: &[u8]) -> Result<(Cut, Vec<Warning>), Error> {
         Error::file(path, format!("'.{}' is not a cut format; .asc, .gem and .gcs are read", extension(path)))
     })?;
     let cut = guarded(|| match format {
-        Format::Asc => asc::read(bytes),
+        Format::Asc => asc::read(&utf8(bytes)),
         Format::Gem => gem::read(bytes),
-        Format::Gcs => gcs::read(bytes),
+        Format::Gcs => gcs::read(&utf8(bytes)),
     });
     let (cut, warnings) = cut.map_err(|message| Error::file(path, message))?;
     Ok((cut, about(path, warnings)))

@@ -3,14 +3,15 @@
 //! Read here and not by a crate so that messages can name the file's own line and vertex: `tobj` gives no
 //! lines, renumbers vertices, and overflows on texture indices that do not exist.
 
-use super::soup::Soup;
+use super::{soup::Soup, utf8};
 use glam::DVec3;
 use spectral_core::{mesh::polygon, shown};
 use std::borrow::Cow;
 
 /// The triangles of an OBJ file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
-    let text = String::from_utf8_lossy(bytes);
+    let bytes = utf8(bytes);
+    let text = String::from_utf8_lossy(&bytes);
     let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
     // From the first face on that names a vertex which is still to come: those are triangulated in the end, so that
     // triangles stay in the order of the file.

@@ -1,6 +1,6 @@
 //! PLY, text and binary, through the crate `ply-rs-bw`.
 
-use super::soup::Soup;
+use super::{soup::Soup, utf8};
 use glam::DVec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Property, PropertyAccess, PropertyAccessResult};
@@ -9,8 +9,9 @@ use std::io::{BufRead, Cursor, ErrorKind};
 
 /// The triangles of a PLY file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
+    let bytes = &*utf8(bytes);
     let mut reader = Reader::new(Cursor::new(bytes));
-    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(complaint)?;
+    let header = Parser::<Skipped>::new().read_header(&mut reader).map_err(|e| in_header(&e, bytes))?;
     if let Some(element) = header.elements.get("vertex")
         && let Some(axis) = ["x", "y", "z"].iter().find(|axis| !element.properties.contains_key(**axis))
     {
@@ -93,9 +94,9 @@ impl Payload<'_> {
         }
         let place = match self.encoding {
             Encoding::Ascii => format!("line {}", self.line),
-            _ => format!("element '{name}' {number}"),
+            _ => format!("'{name}' {number}"),
         };
-        complaint(format!("{place}: {error}"))
+        format!("not a complete PLY file: {place} has not what the header says of the element '{name}'")
     }
 }
 
@@ -131,10 +132,21 @@ fn check(element: &ElementDef, bytes: usize) -> Result<(), String> {
     Ok(())
 }
 
-fn complaint(error: impl ToString) -> String {
-    // The crate's messages run over several indented lines; a message here is one.
-    let text = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
-    format!("not a complete PLY file: {}", text.chars().take(300).collect::<String>())
+/// What is wrong with a header. The crate's own messages show its parser's structures.
+fn in_header(error: &ParseError, bytes: &[u8]) -> String {
+    let number = error.line().unwrap_or(1);
+    if error.kind() == ErrorKind::UnexpectedEof {
+        return "not a complete PLY file: its header has no end, a line 'end_header'".to_owned();
+    }
+    if number == 1 {
+        return "not a PLY file: its first line is not 'ply'".to_owned();
+    }
+    let line = bytes.split(|byte| *byte == b'\n').nth(number - 1).unwrap_or_default();
+    let line: String = String::from_utf8_lossy(line).trim().chars().take(60).collect();
+    format!(
+        "line {number} of the header, '{line}', is no line of a PLY file: there are 'format', 'comment', 'obj_info', \
+         'element', 'property' and 'end_header', each with what belongs to it"
+    )
 }
 
 struct Vertex([f64; 3]);

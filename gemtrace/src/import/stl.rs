@@ -1,6 +1,6 @@
 //! STL, text and binary, through the crate `stl_io`.
 
-use super::soup::Soup;
+use super::{soup::Soup, utf8};
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 use std::borrow::Cow;
@@ -11,6 +11,9 @@ const TRIANGLE: usize = 50;
 
 /// The triangles of an STL file, or what is wrong with it.
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
+    let text = utf8(bytes);
+    // Any two bytes may begin a binary file.
+    let bytes = if text.starts_with(b"solid") { &text } else { bytes };
     let mut source = Cursor::new(prepared(bytes)?);
     let incomplete = |e: std::io::Error| format!("not a complete STL file: {e}");
     let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };

@@ -97,6 +97,7 @@ pub fn device(device: &DeviceInfo) -> Value {
         "index": device.index,
         "name": device.name,
         "driver": device.driver,
+        "api": (!device.api.is_empty()).then_some(device.api),
         "memory": (device.memory > 0).then_some(device.memory),
         "intersection": device.intersection,
         "hardware": device.hardware,

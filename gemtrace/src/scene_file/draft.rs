@@ -31,7 +31,7 @@ impl Draft {
     /// [`Error::File`] if it cannot be read or is no TOML.
     pub fn read(path: &Path) -> Result<Self, Error> {
         let bytes = import::read_file(path)?;
-        Draft::new(path, import::text(path, &bytes)?)
+        Draft::new(path, &import::text(path, &bytes)?)
     }
 
     /// A document from its text.

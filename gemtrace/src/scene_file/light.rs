@@ -112,7 +112,7 @@ fn illuminant(entry: &Entry, sources: &mut Sources) -> Result<Illuminant, Error>
         Ok(light) => Ok(light),
         Err(_) if name.contains('.') => sources
             .import(entry, |path, bytes| {
-                let table = Tabulated::from_csv(import::text(path, &bytes)?, &path.display().to_string())?;
+                let table = Tabulated::from_csv(&import::text(path, &bytes)?, &path.display().to_string())?;
                 Ok((Illuminant::table(table)?, Vec::new()))
             })
             .map(Arc::unwrap_or_clone),

@@ -39,7 +39,7 @@ fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Res
     let (shared, failed) = (RefCell::new(&mut *sources), RefCell::new(None));
     let resolve = |name: &str| {
         let read = shared.borrow_mut().read(name, |path, bytes| {
-            let table = Tabulated::from_csv(import::text(path, &bytes)?, &path.display().to_string())?;
+            let table = Tabulated::from_csv(&import::text(path, &bytes)?, &path.display().to_string())?;
             Ok((table, Vec::new()))
         });
         read.map(Arc::unwrap_or_clone).map_err(|e| {

@@ -64,8 +64,7 @@ impl Pose<'_> {
 
 /// A stone's width before it is turned, mm.
 fn width(stone: &Stone) -> f64 {
-    let (low, high) = stone.mesh.bounds();
-    stone.width.unwrap_or((high - low).truncate().min_element())
+    stone.width.unwrap_or_else(|| stone.file_width())
 }
 
 /// Everything about the world's origin, so that the picture stays but for what depends on thickness.

@@ -4,8 +4,9 @@ use super::fields::{Entry, Fields, either};
 use super::material::Materials;
 use super::source::Sources;
 use crate::{Error, import};
+use glam::{DMat3, EulerRot};
 use spectral_core::mesh::Mesh;
-use spectral_core::scene::Stone;
+use spectral_core::scene::{Stone, Up};
 use spectral_core::shape::ShapeSpec;
 use spectral_core::{Warning, shown};
 use std::path::Path;
@@ -34,6 +35,7 @@ fn stone(
     let own = fields.get("name").map(|e| e.text("a name for messages")).transpose()?;
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
     let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
+    let up = fields.get("up");
     let form = fields.one_of(&FORMS)?;
     fields.finish()?;
     let missing = |what: &str| fields.error(format!("[[stone]] {number} needs {what}"));
@@ -46,6 +48,9 @@ fn stone(
     let label = own.map_or_else(|| format!("stone {number} ({})", shown(source)), shown);
     let mut stone = Stone::new(label, mesh, materials.get(&material)?);
     stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
+    if let Some(entry) = &up {
+        stone.up = upright(entry, key)?;
+    }
     if let Some(entry) = priority {
         stone.priority = entry.whole("a whole number")?;
     }
@@ -53,17 +58,49 @@ fn stone(
         let message = format!("{} has no width: its design's own unit is taken for 1 mm", stone.name);
         sources.warn(vec![Warning::new(message)]);
     }
-    let Some(copies) = copies else {
-        place(&mut stone, fields, [rotation.as_ref(), position.as_ref()])?;
-        return Ok(vec![stone]);
+    let stones = match (copies, rotation, position) {
+        (None, rotation, position) => {
+            place(&mut stone, fields, [rotation.as_ref(), position.as_ref()])?;
+            vec![stone]
+        }
+        (Some(copies), None, None) => copies_of(&stone, &copies)?,
+        (Some(copies), rotation, position) => {
+            let key = rotation.or(position).map(|entry| entry.key).unwrap_or_default();
+            let message = format!("[[stone]] {number} has both 'at' and '{key}'; give '{key}' in 'at'");
+            return Err(copies.error(message));
+        }
     };
-    if let Some(entry) = rotation.or(position) {
-        let key = entry.key;
+    if key == "mesh" && up.is_none() {
+        sources.warn(stones.iter().find_map(laid_down).into_iter().collect());
+    }
+    Ok(stones)
+}
+
+/// `up = "y"`: the axis of a mesh's file that is the table's normal.
+fn upright(entry: &Entry, form: &str) -> Result<Up, Error> {
+    let name = entry.text(&format!("one of {}", either(&Up::NAMES)))?;
+    if form != "mesh" {
         return Err(
-            copies.error(format!("[[stone]] {number} has both 'at' and '{key}'; give '{key}' in 'at'"))
+            entry.error(format!("'up' is for a 'mesh'; the table of a '{form}' is always towards +z"))
         );
     }
-    copies_of(&stone, &copies)
+    Up::by_name(name).map_err(|e| entry.error(e))
+}
+
+/// A remark on a mesh with a width that its rotation turns onto its side: the width is then not what it looks like.
+fn laid_down(stone: &Stone) -> Option<Warning> {
+    let angles = stone.rotation * std::f64::consts::PI / 180.0;
+    let height = DMat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x).row(2).abs();
+    let (up, axis) = [(Up::X, "x"), (Up::Y, "y"), (Up::Z, "z")][height.max_position()];
+    let stood = Stone { up, ..stone.clone() };
+    let differs = (stood.file_width() / stone.file_width() - 1.0).abs() > 1e-3;
+    (stone.width.is_some() && height.max_element() > 0.9 && differs).then(|| {
+        Warning::new(format!(
+            "{}: its width is measured across the x and y of its file, but 'rotation' turns the file's {axis} upright; \
+             if {axis} is the normal of the table, write up = \"{axis}\" in place of that rotation",
+            stone.name
+        ))
+    })
 }
 
 /// Where a stone stands.

@@ -5,18 +5,20 @@ use glam::{DMat3, DVec3};
 use super::topology::NONE;
 use super::{Mesh, Plane};
 
-/// Largest distance of a vertex in front of a facet, as a fraction of the extent. Text files have six decimals or more.
-const TOLERANCE: f64 = 1e-6;
+/// Largest distance of a vertex in front of a facet, as a fraction of the extent. Of meshes with more, [`rounded`] finds
+/// those that only their rounding keeps from being convex.
+///
+/// [`rounded`]: super::rounded
+pub(super) const TOLERANCE: f64 = 1e-6;
 /// Vertices in a leaf of the search tree.
 const LEAF: usize = 16;
 
-/// `across` is the neighbour of each triangle across each of its edges.
+/// Whether every vertex is behind every facet's plane, or at most `slack` before it. `across` is the neighbour of each
+/// triangle across each of its edges.
 ///
 /// The vertices of the neighbours are tested first, which decides almost every mesh that is not convex. Then all vertices
 /// are tested with a tree of boxes, since a tessellated dent may be too shallow to show between neighbours.
-pub(super) fn is_convex(mesh: &Mesh, across: &[[u32; 3]]) -> bool {
-    let (low, high) = mesh.bounds();
-    let slack = TOLERANCE * (high - low).max_element();
+pub(super) fn is_convex(mesh: &Mesh, across: &[[u32; 3]], slack: f64) -> bool {
     let behind = |plane: &Plane, t: u32| {
         mesh.triangles[t as usize].iter().all(|&v| plane.distance(mesh.positions[v as usize]) <= slack)
     };

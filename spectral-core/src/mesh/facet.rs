@@ -7,7 +7,7 @@ use super::{MeshOptions, Plane, cross, polygon};
 
 /// Rounding of single-precision coordinates, as a fraction of the extent. It tilts a triangle of height `h` by about this
 /// over `h`, so the slivers of a facet may deviate more than its large triangles.
-const ROUNDING: f64 = 1e-7;
+pub(super) const ROUNDING: f64 = 1e-7;
 /// Rounds of fitting the plane and growing the facet. The first plane, that of one triangle, is noisy.
 const ROUNDS: usize = 2;
 
@@ -26,9 +26,10 @@ struct Piece {
 }
 
 /// Grows facets from the largest triangles first, since their normals are the most exact. Triangles are compared with the
-/// plane of the facet and never with a neighbour, so a smooth surface does not become one facet step by step.
-pub(super) fn group(surface: &Surface, options: &MeshOptions) -> Grouped {
-    let pieces = pieces(surface, options.coplanar_angle.to_radians());
+/// plane of the facet and never with a neighbour, so a smooth surface does not become one facet step by step. `rounding`
+/// is that of the coordinates, as a fraction of the extent.
+pub(super) fn group(surface: &Surface, options: &MeshOptions, rounding: f64) -> Grouped {
+    let pieces = pieces(surface, options.coplanar_angle.to_radians(), rounding);
     let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
     order.sort_by(|&a, &b| pieces[b as usize].area.total_cmp(&pieces[a as usize].area));
     let mut facet_of = vec![NONE; pieces.len()];
@@ -56,11 +57,11 @@ pub(super) fn group(surface: &Surface, options: &MeshOptions) -> Grouped {
     number_in_file_order(facet_of, &planes)
 }
 
-fn pieces(surface: &Surface, angle: f64) -> Vec<Piece> {
+fn pieces(surface: &Surface, angle: f64, rounding: f64) -> Vec<Piece> {
     let piece = |t: &[u32; 3]| {
         let normal = cross(&surface.positions, t);
         let height = polygon::height(t.map(|v| surface.positions[v as usize]));
-        let allowed = angle.max(ROUNDING * surface.extent / height).min(1.0);
+        let allowed = angle.max(rounding * surface.extent / height).min(1.0);
         let unit = if height > surface.thin { normal.normalize_or_zero() } else { DVec3::ZERO };
         Piece { normal: unit, area: 0.5 * normal.length(), cosine: allowed.cos() }
     };

@@ -1,6 +1,7 @@
 //! The placement of a mesh.
 
 use glam::{DMat3, DVec3};
+use std::ops::Range;
 
 use super::{Mesh, Plane, bounds_of, volume_about, weld};
 use crate::Error;
@@ -54,13 +55,18 @@ impl Placement {
         Plane { normal, offset: self.scale * plane.offset + normal.dot(self.translation) }
     }
 
-    /// The least and the greatest corner of the placed mesh's bounding box.
-    pub fn bounds(&self, mesh: &Mesh) -> (DVec3, DVec3) {
-        bounds_of(mesh.positions.iter().map(|p| self.point(*p)))
+    /// The least and the greatest corner of the bounding box of one of the placed mesh's [solids](Mesh::solids).
+    pub fn bounds(&self, mesh: &Mesh, solid: Range<u32>) -> (DVec3, DVec3) {
+        if mesh.solids.len() == 1 {
+            return bounds_of(mesh.positions.iter().map(|p| self.point(*p)));
+        }
+        let triangles = &mesh.triangles[solid.start as usize..solid.end as usize];
+        bounds_of(triangles.iter().flatten().map(|&v| self.point(mesh.positions[v as usize])))
     }
 
-    /// The volume of the placed mesh within these bounds.
-    pub fn volume(&self, mesh: &Mesh, bounds: (DVec3, DVec3)) -> f64 {
-        volume_about(bounds, &mesh.triangles, |v| self.point(mesh.positions[v as usize]))
+    /// The volume of one of the placed mesh's solids within these bounds.
+    pub fn volume(&self, mesh: &Mesh, solid: Range<u32>, bounds: (DVec3, DVec3)) -> f64 {
+        let triangles = &mesh.triangles[solid.start as usize..solid.end as usize];
+        volume_about(bounds, triangles, |v| self.point(mesh.positions[v as usize]))
     }
 }

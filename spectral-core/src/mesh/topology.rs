@@ -222,7 +222,7 @@ fn runs(triangle: &[u32; 3], a: u32, b: u32) -> bool {
 }
 
 /// Reverses a triangle; edge `k` is then the old edge `2 − k`.
-fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
+pub(super) fn flip(triangle: &mut [u32; 3], across: &mut [u32; 3]) {
     triangle.swap(1, 2);
     across.swap(0, 2);
 }

@@ -3,8 +3,8 @@
 use super::nest::{Nest, Rank};
 use crate::{
     Error, memory,
-    mesh::{Mesh, Placement, Plane},
-    scene::Stone,
+    mesh::{Mesh, Placement, Plane, solid_angle},
+    scene::{Stone, Up},
 };
 use glam::DVec3;
 use std::ops::Range;
@@ -22,7 +22,7 @@ pub struct FacetPlane {
     pub stone: u32,
 }
 
-/// One stone's share of the flat arrays.
+/// One stone's share of the flat arrays. A stone that is the union of several solids counts as one stone a solid.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct PreparedStone {
@@ -62,13 +62,15 @@ impl PreparedStone {
 struct Source {
     mesh: Weak<Mesh>,
     place: Place,
+    /// Its first solid, an index into [`Geometry::stones`].
+    first: u32,
 }
 
-/// A stone's width, rotation, position and priority.
-type Place = (Option<f64>, DVec3, DVec3, i32);
+/// A stone's upright axis, width, rotation, position and priority.
+type Place = (Up, Option<f64>, DVec3, DVec3, i32);
 
 fn place(stone: &Stone) -> Place {
-    (stone.width, stone.rotation, stone.position, stone.priority)
+    (stone.up, stone.width, stone.rotation, stone.position, stone.priority)
 }
 
 /// All stones' surfaces. Lengths in mm.
@@ -85,7 +87,7 @@ pub struct Geometry {
     pub facet_of: Vec<u32>,
     /// Exact planes.
     pub facets: Vec<FacetPlane>,
-    /// The stones, in the order of the scene.
+    /// The stones, or the solids that they are the union of, in the order of the scene.
     pub stones: Vec<PreparedStone>,
     /// The index of the stone of each rank.
     pub stone_of_rank: Vec<u32>,
@@ -93,7 +95,7 @@ pub struct Geometry {
     pub radius: f64,
     /// Whether two stones come so near each other that their surfaces may be in optical contact.
     pub contacts: bool,
-    /// By stone.
+    /// By stone of the scene.
     sources: Vec<Source>,
 }
 
@@ -112,7 +114,7 @@ impl Geometry {
         let placed = stones.iter().map(Placed::new).collect::<Result<Vec<_>, _>>()?;
         let mut low = DVec3::splat(f64::INFINITY);
         let mut high = -low;
-        for Placed { bounds: (l, h), .. } in &placed {
+        for (l, h) in placed.iter().flat_map(|placed| &placed.solids) {
             (low, high) = (low.min(*l), high.max(*h));
         }
         let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
@@ -128,19 +130,20 @@ impl Geometry {
         geometry.radius = geometry.positions.iter().map(|p| p.length()).fold(0.0, f64::max);
         let contacts = geometry.near_pairs(geometry.radius * Self::CONTACT).next().is_some();
         geometry.contacts = contacts;
+        geometry.check_overlaps()?;
         Ok(geometry)
     }
 
     /// Whether these stones would give this very geometry.
     pub(super) fn is_of(&self, stones: &[Stone]) -> bool {
-        let made = self.stones.iter().zip(&self.sources);
+        let made = self.sources.iter().map(|source| (&self.stones[source.first as usize], source));
         let same = |(((prepared, source), stone), material): (((&PreparedStone, &Source), &Stone), u32)| {
             source.place == place(stone)
                 && (prepared.material, prepared.conductor) == (material, stone.material.is_conductor())
                 && prepared.name == stone.name
                 && source.mesh.upgrade().is_some_and(|m| Arc::ptr_eq(&m, &stone.mesh) || m == stone.mesh)
         };
-        self.stones.len() == stones.len() && made.zip(stones).zip(material_indices(stones)).all(same)
+        self.sources.len() == stones.len() && made.zip(stones).zip(material_indices(stones)).all(same)
     }
 
     /// Empty, with the memory that the stones will take.
@@ -159,30 +162,35 @@ impl Geometry {
     }
 
     fn push(&mut self, placed: &Placed, material: u32) {
-        let Placed { stone: Stone { mesh, name, material: substance, .. }, placement, bounds: (low, high) } =
-            placed;
+        let Placed { stone: Stone { mesh, name, material: substance, .. }, placement, solids } = placed;
         let (stone, origin) = (self.stones.len() as u32, self.origin);
         let (vertex, triangle, facet) =
             (self.positions.len() as u32, self.triangles.len() as u32, self.facets.len() as u32);
+        self.sources.push(Source { mesh: Arc::downgrade(mesh), place: place(placed.stone), first: stone });
         self.positions.extend(mesh.positions().iter().map(|p| placement.point(*p) - origin));
         self.triangles.extend(mesh.triangles().iter().map(|t| t.map(|v| v + vertex)));
         self.facet_of.extend(mesh.facet_of().iter().map(|f| f + facet));
-        self.facets.extend(mesh.facets().iter().map(|f| {
-            let Plane { normal, offset } = placement.plane(&f.plane);
-            FacetPlane { normal, offset: offset - normal.dot(origin), stone }
-        }));
-        self.sources.push(Source { mesh: Arc::downgrade(mesh), place: place(placed.stone) });
-        self.stones.push(PreparedStone {
-            name: name.clone(),
-            facets: facet..self.facets.len() as u32,
-            triangles: triangle..self.triangles.len() as u32,
-            material,
-            rank: 0,
-            convex: mesh.is_convex(),
-            conductor: substance.is_conductor(),
-            low: *low - origin,
-            high: *high - origin,
-        });
+        // Facets are numbered as the triangles are, so those of a solid follow each other.
+        let facet_at = |t: u32| mesh.facet_of().get(t as usize).map_or(mesh.facets().len() as u32, |f| *f);
+        for ((solid, (low, high)), number) in mesh.solids().zip(solids).zip(stone..) {
+            let facets = facet_at(solid.start)..facet_at(solid.end);
+            let own = &mesh.facets()[facets.start as usize..facets.end as usize];
+            self.facets.extend(own.iter().map(|f| {
+                let Plane { normal, offset } = placement.plane(&f.plane);
+                FacetPlane { normal, offset: offset - normal.dot(origin), stone: number }
+            }));
+            self.stones.push(PreparedStone {
+                name: name.clone(),
+                facets: facet + facets.start..facet + facets.end,
+                triangles: triangle + solid.start..triangle + solid.end,
+                material,
+                rank: 0,
+                convex: mesh.is_convex(),
+                conductor: substance.is_conductor(),
+                low: *low - origin,
+                high: *high - origin,
+            });
+        }
     }
 
     /// A stone's facets.
@@ -205,7 +213,7 @@ impl Geometry {
         &self.stones[self.stone_of_rank[rank as usize] as usize]
     }
 
-    /// The stones that a point lies in, by their winding number about it (van Oosterom & Strackee 1983).
+    /// The stones that a point lies in, by their winding number about it.
     pub fn nest_at(&self, point: DVec3) -> Nest {
         self.stones
             .iter()
@@ -213,17 +221,13 @@ impl Geometry {
             .fold(Nest::default(), |n, s| n.toggled(s.rank))
     }
 
-    fn winding(&self, stone: &PreparedStone, point: DVec3) -> f64 {
+    /// How often a stone's surface goes around a point: 1 inside, 0 outside.
+    pub(super) fn winding(&self, stone: &PreparedStone, point: DVec3) -> f64 {
         if (stone.low - point).max_element() > 0.0 || (point - stone.high).max_element() > 0.0 {
             return 0.0;
         }
-        let solid_angle = |t: &[u32; 3]| {
-            let [a, b, c] = t.map(|v| self.positions[v as usize] - point);
-            let (la, lb, lc) = (a.length(), b.length(), c.length());
-            let below = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-            2.0 * a.dot(b.cross(c)).atan2(below)
-        };
-        self.triangles_of(stone).iter().map(solid_angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
+        let angle = |t: &[u32; 3]| solid_angle(t.map(|v| self.positions[v as usize] - point));
+        self.triangles_of(stone).iter().map(angle).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 }
 
@@ -231,26 +235,46 @@ impl Geometry {
 struct Placed<'a> {
     stone: &'a Stone,
     placement: Placement,
-    /// Of the placed mesh, in the world.
-    bounds: (DVec3, DVec3),
+    /// The bounds of each solid in the world.
+    solids: Vec<(DVec3, DVec3)>,
 }
 
 impl<'a> Placed<'a> {
     fn new(stone: &'a Stone) -> Result<Self, Error> {
         let placement = stone.placement()?;
-        Ok(Placed { stone, placement, bounds: placement.bounds(&stone.mesh) })
+        let mesh = &stone.mesh;
+        let bounds = |solid| placement.bounds(mesh, solid);
+        Ok(Placed { stone, placement, solids: mesh.solids().map(bounds).collect() })
     }
 }
 
-/// Stone indices from the lowest priority to the highest.
+/// Indices of solids from the lowest priority to the highest. Those of one stone follow each other.
 fn order(placed: &[Placed]) -> Vec<u32> {
-    let volumes: Vec<f64> = placed.iter().map(|p| p.placement.volume(&p.stone.mesh, p.bounds)).collect();
-    let mut order: Vec<u32> = (0..placed.len() as u32).collect();
+    struct Solid {
+        priority: i32,
+        /// Of the whole stone, and of the solid.
+        volumes: [f64; 2],
+        stone: usize,
+    }
+    let solids_of = |(stone, placed): (usize, &Placed)| -> Vec<Solid> {
+        let Placed { stone: Stone { mesh, priority, .. }, placement, solids } = placed;
+        let volume = |(solid, bounds)| placement.volume(mesh, solid, bounds);
+        let volumes: Vec<f64> = mesh.solids().zip(solids.iter().copied()).map(volume).collect();
+        let whole = volumes.iter().sum();
+        volumes.iter().map(|&own| Solid { priority: *priority, volumes: [whole, own], stone }).collect()
+    };
+    let solids: Vec<Solid> = placed.iter().enumerate().flat_map(solids_of).collect();
+    let mut order: Vec<u32> = (0..solids.len() as u32).collect();
     order.sort_by(|&a, &b| {
-        let (a, b) = (a as usize, b as usize);
-        let by_priority = placed[a].stone.priority.cmp(&placed[b].stone.priority);
+        let [p, q] = [a, b].map(|k| &solids[k as usize]);
         // Descending volume: the smaller one ranks higher.
-        by_priority.then(volumes[b].total_cmp(&volumes[a])).then(a.cmp(&b))
+        let by_volume = |k: usize| q.volumes[k].total_cmp(&p.volumes[k]);
+        p.priority
+            .cmp(&q.priority)
+            .then(by_volume(0))
+            .then(p.stone.cmp(&q.stone))
+            .then(by_volume(1))
+            .then(a.cmp(&b))
     });
     order
 }

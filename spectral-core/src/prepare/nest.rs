@@ -25,7 +25,8 @@ pub struct Nest {
 }
 
 impl Nest {
-    /// The most stones that may overlap at one point; of more, those of the lowest ranks are ignored.
+    /// The most stones that may overlap at one point; a scene with more is refused. Where rounding adds another, those of
+    /// the lowest ranks are ignored.
     pub const CAPACITY: usize = 6;
 
     /// The ranks in descending order.

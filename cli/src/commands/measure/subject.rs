@@ -38,12 +38,14 @@ impl Subject {
         } else {
             Self::of_solid(args)?
         };
+        if let Some(up) = args.up {
+            subject.stone.up = up;
+        }
         if let Some(width) = args.width {
             subject.stone.width = Some(width);
         }
         if args.gemray {
-            let (low, high) = subject.stone.mesh.bounds();
-            subject.stone.width = Some(Conditions::GEMRAY_SCALE * (high - low).truncate().min_element());
+            subject.stone.width = Some(Conditions::GEMRAY_SCALE * subject.stone.file_width());
         }
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
         subject.title = format!("{name}, {}", subject.stone.material.name);

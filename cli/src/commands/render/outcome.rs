@@ -4,6 +4,7 @@ use crate::console::Report;
 use gemtrace::Error;
 use gemtrace::output::{self, Written};
 use gemtrace::quantity::{count, percent, seconds};
+use gemtrace::registry;
 use gemtrace::session::Rendered;
 use serde_json::{Value, json};
 use spectral_core::prepare::PreparedScene;
@@ -49,8 +50,10 @@ impl Outcome {
         let kind = if self.rendered.traced.finished { "wrote" } else { "wrote what was finished:" };
         let energy = &self.rendered.traced.energy;
         let share = |part: f64| percent(if energy.started > 0.0 { part / energy.started } else { 0.0 });
+        let by =
+            self.rendered.devices.last().map_or(String::new(), |d| format!(" by {}", registry::label(d)));
         let mut line = format!(
-            "{kind} {places} – {} rays in {}, {} of the energy dropped",
+            "{kind} {places} – {} rays in {}{by}, {} of the energy dropped",
             count(self.rendered.traced.rays),
             seconds(self.elapsed),
             percent(energy.dropped_share())

@@ -46,7 +46,8 @@ pub fn run(path: &Path, grid: &WavelengthGrid, response: &Response, stop: Stop) 
 /// The colours with the lines they stand in, counted from 1. Blank lines and those that begin with `#` are skipped.
 fn read(path: &Path) -> Result<Vec<(usize, [f64; 3])>, Error> {
     let bytes = import::read_file(path)?;
-    let lines = import::text(path, &bytes)?.lines().zip(1..);
+    let text = import::text(path, &bytes)?;
+    let lines = text.lines().zip(1..);
     let colours = lines.filter(|(line, _)| !line.trim().is_empty() && !line.starts_with('#'));
     colours
         .map(|(line, number)| {

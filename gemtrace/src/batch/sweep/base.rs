@@ -43,8 +43,8 @@ fn file(name: &str, folder: &Path) -> Result<Table, Error> {
     let path = folder.join(name);
     let bytes = import::read_file(&path)?;
     let text = import::text(&path, &bytes)?;
-    let document = Document { path: &path, text };
-    let mut scene: Table = toml::from_str(text).map_err(|e| document.toml_error(&e))?;
+    let document = Document { path: &path, text: &text };
+    let mut scene: Table = toml::from_str(&text).map_err(|e| document.toml_error(&e))?;
     match Path::new(name).parent() {
         Some(prefix) if !prefix.as_os_str().is_empty() => rebase_table(&mut scene, prefix),
         _ => {}

@@ -25,6 +25,11 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
             warnings.push(Warning::new(format!("tier '{label}' is hidden and is ignored")));
             continue;
         }
+        if tier.guide {
+            warnings.push(Warning::new(format!(
+                "tier '{label}' is a guide tier; it is taken for facets of the stone: hide it if it is none"
+            )));
+        }
         if tier.is_frosted() {
             warnings.push(Warning::new(format!("tier '{label}' is frosted; it is taken for polished")));
         }

@@ -3,6 +3,7 @@
 use super::{Decoded, check_size};
 use exr::block::chunk::CompressedBlock;
 use exr::compression::Compression;
+use exr::meta::attribute::EnvironmentMap;
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read as read_exr};
 use spectral_core::{Warning, shown};
@@ -35,8 +36,19 @@ impl Canvas {
 pub(super) fn read(bytes: &[u8]) -> Result<Decoded, String> {
     let incomplete = |e: exr::error::Error| format!("not a complete OpenEXR file: {e}");
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(incomplete)?;
+    if meta.headers.iter().all(|header| header.deep) {
+        return Err("it holds deep data (its type is 'deepscanline' or 'deeptile'), which is not read: give an image \
+                    with one value a pixel"
+            .to_owned());
+    }
     let (layer, channels) = choose(&meta.headers)?;
     let header = &meta.headers[layer];
+    if header.own_attributes.environment_map == Some(EnvironmentMap::Cube) {
+        return Err(
+            "it is a cube map (its attribute 'envmap' says so), which is not read: give a lat-long image"
+                .to_owned(),
+        );
+    }
     let size = check_size(header.layer_size.0, header.layer_size.1, bytes.len())?;
     check_chunks(bytes, &meta.headers).map_err(incomplete)?;
     let source = Cursor::new(bytes);

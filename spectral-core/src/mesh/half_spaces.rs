@@ -4,10 +4,11 @@ use glam::{DMat3, DVec3};
 use rustc_hash::FxHashMap;
 
 use super::polytope::{Face, Outcome, Polytope, directed};
-use super::{Cut, CutFacet};
-use crate::mesh::{Facet, Mesh, Plane};
+use super::{Facet, Mesh, Plane};
 use crate::{Error, Warning};
 
+/// The largest number of half-spaces.
+pub const MOST_FACETS: usize = 10_000;
 /// Edges shorter than this fraction of the radius are contracted.
 const CONTRACT: f64 = 1e-6;
 /// The distance from a plane within which a vertex counts as on it, as a fraction of the radius. Designs have 8 to 10
@@ -24,7 +25,7 @@ const TOWARDS: [&str; 6] = ["-x", "+x", "-y", "+y", "-z", "+z"];
 /// Names listed in a warning before it says "and N more".
 const LISTED: usize = 8;
 
-pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> {
+pub(super) fn build(facets: &[Facet]) -> Result<(Mesh, Vec<Warning>), Error> {
     check(facets)?;
     let planes: Vec<Plane> = facets.iter().map(|f| f.plane).collect();
     let mut error = None;
@@ -51,9 +52,9 @@ pub(super) fn build(facets: &[CutFacet]) -> Result<(Mesh, Vec<Warning>), Error> 
     }))
 }
 
-fn check(facets: &[CutFacet]) -> Result<(), Error> {
-    if facets.len() > Cut::MAX_FACETS {
-        return Err(Error::value("facets", facets.len(), format!("a cut has at most {}", Cut::MAX_FACETS)));
+fn check(facets: &[Facet]) -> Result<(), Error> {
+    if facets.len() > MOST_FACETS {
+        return Err(Error::value("facets", facets.len(), format!("a cut has at most {MOST_FACETS}")));
     }
     for (k, facet) in facets.iter().enumerate() {
         let Plane { normal, offset } = facet.plane;
@@ -69,14 +70,14 @@ fn check(facets: &[CutFacet]) -> Result<(), Error> {
 }
 
 /// How messages name facet `k`.
-fn label(facets: &[CutFacet], k: usize) -> String {
+fn label(facets: &[Facet], k: usize) -> String {
     match &facets[k].name {
         Some(name) => format!("facet {} ({name})", k + 1),
         None => format!("facet {}", k + 1),
     }
 }
 
-fn empty(facets: &[CutFacet], k: usize) -> Error {
+fn empty(facets: &[Facet], k: usize) -> Error {
     let message = format!(
         "the facets leave no solid: {} cuts away all that those before it leave; is it on the wrong side?",
         label(facets, k)
@@ -246,7 +247,7 @@ fn agrees(planes: &[Plane], polytope: &Polytope, radius: f64) -> bool {
 }
 
 /// The mesh with its facets in the order of the cut, and warnings about facets that are not in it.
-fn finish(facets: &[CutFacet], solid: Solid) -> (Mesh, Vec<Warning>) {
+fn finish(facets: &[Facet], solid: Solid) -> (Mesh, Vec<Warning>) {
     let Solid { mut polytope, repeated } = solid;
     polytope.faces.sort_by_key(|f| f.plane);
     let mut present = vec![false; facets.len()];

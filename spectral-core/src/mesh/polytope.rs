@@ -6,7 +6,7 @@
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::mesh::Plane;
+use super::Plane;
 
 /// A face: its vertices counter-clockwise seen from outside, and the number of its plane.
 #[derive(Debug, Clone)]
