@@ -142,7 +142,7 @@ fn in_header(error: &ParseError, bytes: &[u8]) -> String {
         return "not a PLY file: its first line is not 'ply'".to_owned();
     }
     let line = bytes.split(|byte| *byte == b'\n').nth(number - 1).unwrap_or_default();
-    let line: String = String::from_utf8_lossy(line).trim().chars().take(60).collect();
+    let line = shown(String::from_utf8_lossy(line).trim());
     format!(
         "line {number} of the header, '{line}', is no line of a PLY file: there are 'format', 'comment', 'obj_info', \
          'element', 'property' and 'end_header', each with what belongs to it"
