@@ -185,6 +185,11 @@ impl From<Result<PathBuf, Error>> for Written {
     }
 }
 
+/// Pixels that take more than this, bytes, have memory checked for threads, too.
+const LARGE: u128 = 32 << 20;
+/// What threads and their allocators reserve, bytes.
+const THREADS: u128 = 512 << 20;
+
 /// Whether there is memory for a scene's film and for writing its picture, which is to be known before the work.
 ///
 /// # Errors
@@ -192,9 +197,11 @@ impl From<Result<PathBuf, Error>> for Written {
 pub fn check_memory(scene: &PreparedScene) -> Result<(), Error> {
     let (width, height) = (scene.width, scene.height);
     let kept = if scene.settings.spectral { scene.wavelength_count() } else { 0 };
-    // For each of PNG and EXR four linear numbers a pixel, for EXR all channels again.
-    let writing = u128::from(width) * u128::from(height) * (3 * 16 + 4 * kept as u128);
-    let bytes = Film::bytes(width, height, kept) + writing;
+    // Three numbers a pixel twice to judge it by; for each of PNG and EXR four linear numbers, for EXR all channels again.
+    let writing = u128::from(width) * u128::from(height) * (2 * 12 + 3 * 16 + 4 * kept as u128);
+    let pixels = Film::bytes(width, height, kept) + writing;
+    // The threads that compute and compress large pictures reserve memory of their own.
+    let bytes = if pixels > LARGE { pixels + THREADS } else { pixels };
     let what = || format!("a picture of {width} × {height} pixels");
     Ok(memory::check(u64::try_from(bytes).unwrap_or(u64::MAX), what)?)
 }

@@ -295,7 +295,7 @@ fn a_lack_of_memory_is_told_before_the_work() {
     let output = limited(&place, 300_000, "render tiny.toml --backend cpu --size 8192x8192");
     assert_matches(
         &told(&output),
-        "error: not enough memory: a picture of 8192 × 8192 pixels needs 5.0 GiB\n",
+        "error: not enough memory: a picture of 8192 × 8192 pixels needs 7.0 GiB\n",
     );
     assert_eq!((output.status.code(), place.files()), (Some(1), vec![]));
 }

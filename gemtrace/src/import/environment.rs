@@ -14,7 +14,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 /// Images that need more than this are held against their file's size.
-const LARGE_BYTES: u128 = 256 << 20;
+const LARGE_BYTES: u128 = 64 << 20;
 /// More texels a byte than any photograph compresses to, whatever the method.
 const MAX_TEXELS_PER_BYTE: u64 = 4096;
 /// Rows of a PNG that are turned into texels at a time.

@@ -5,7 +5,7 @@ use rustc_hash::FxHashMap;
 
 use super::polytope::{Face, Outcome, Polytope, directed};
 use super::{Facet, Mesh, Plane};
-use crate::{Error, Warning};
+use crate::{Error, Warning, shown};
 
 /// The largest number of half-spaces.
 pub const MOST_FACETS: usize = 10_000;
@@ -72,7 +72,7 @@ fn check(facets: &[Facet]) -> Result<(), Error> {
 /// How messages name facet `k`.
 fn label(facets: &[Facet], k: usize) -> String {
     match &facets[k].name {
-        Some(name) => format!("facet {} ({name})", k + 1),
+        Some(name) => format!("facet {} ({})", k + 1, shown(name)),
         None => format!("facet {}", k + 1),
     }
 }
@@ -255,7 +255,8 @@ fn finish(facets: &[Facet], solid: Solid) -> (Mesh, Vec<Warning>) {
     let mut warnings = Vec::new();
     let mut pairs = Vec::new();
     for (k, other) in repeated {
-        if present[other] {
+        // What repeats a face of the cube that all begins with is not there, since the cube is cut away.
+        if present.get(other) == Some(&true) {
             present[k] = true;
             pairs.push(format!("{} repeats {}", label(facets, k), label(facets, other)));
         }
