@@ -173,6 +173,12 @@ impl View {
         }
     }
 
+    /// The height of a pixel where a point is, mm.
+    pub(crate) fn pixel_at(&self, point: DVec3) -> f64 {
+        let distance = if self.parallel { 1.0 } else { point.distance(self.origin) };
+        2.0 * self.up.length() * distance / self.size[1]
+    }
+
     /// The same view from another origin.
     pub(crate) fn from(&self, origin: DVec3) -> View {
         View { origin, ..self.clone() }

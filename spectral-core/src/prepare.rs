@@ -12,6 +12,7 @@ mod neighbour;
 mod nest;
 mod outline;
 mod overlap;
+mod reach;
 mod rounding;
 mod spectral;
 
@@ -112,6 +113,7 @@ impl PreparedScene {
         let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
         let environment = Self::light(&scene.environment, geometry.origin, before);
         let (view, moved) = geometry.clear(view.seen_from(geometry.origin))?;
+        geometry.check_reach(&view)?;
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let mut warnings = optics.warnings.clone();
         warnings.extend(moved);
