@@ -3,12 +3,14 @@
 //! It follows the same rules as the fast paths. It shares with them only the optics of media and the nest of stones: no
 //! BVH, no planes for convex stones, no order among the rays that an event sends on.
 
+mod crystal;
 mod surface;
 
 use crate::{
     account::Account,
     schedule::{self, Finished, Stop, TileTracer},
 };
+use crystal::Mode;
 use glam::DVec3;
 use rayon::ThreadPool;
 use spectral_core::{
@@ -65,14 +67,9 @@ impl TileTracer for Reference {
         let scene = &self.scene;
         let (mut account, mut radiances, mut covered) = (Account::default(), Vec::<f64>::new(), Vec::new());
         for (sample, ray) in scene.camera_rays(tile, samples.clone()) {
-            let start = Ray {
-                origin: ray.origin,
-                direction: ray.direction,
-                row: StokesRow::eye(),
-                axis: any_axis(ray.direction.to_array()),
-                nest: scene.eye_nest,
-                depth: 0,
-            };
+            let light = Light::Row { row: StokesRow::eye(), axis: any_axis(ray.direction.to_array()) };
+            let start =
+                Ray { origin: ray.origin, direction: ray.direction, light, nest: scene.eye_nest, depth: 0 };
             let meets = self.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
             let energy = Energy { started: scene.wavelength_count() as f64, ..Energy::default() };
             let table = scene.table(sample);
@@ -83,7 +80,7 @@ impl TileTracer for Reference {
                     continue;
                 }
                 walk.line = line;
-                walk.pending.push(start);
+                walk.start(start);
                 radiances.push(walk.radiance(stop));
             }
             if stop() {
@@ -101,11 +98,45 @@ impl TileTracer for Reference {
 struct Ray {
     origin: DVec3,
     direction: DVec3,
-    row: StokesRow<f64>,
-    /// First axis of the row's frame, perpendicular to the ray.
-    axis: [f64; 3],
+    light: Light,
     nest: Nest,
     depth: u32,
+}
+
+/// What a ray carries.
+#[derive(Clone, Copy)]
+enum Light {
+    /// Outside crystals.
+    Row {
+        row: StokesRow<f64>,
+        /// First axis of the row's frame, perpendicular to the ray.
+        axis: [f64; 3],
+    },
+    /// In a crystal.
+    Mode(Mode),
+}
+
+impl Light {
+    fn intensity(&self) -> f64 {
+        match self {
+            Light::Row { row, .. } => row.intensity(),
+            Light::Mode(mode) => mode.weight,
+        }
+    }
+
+    /// What is left of it after `distance`, mm.
+    fn faded(self, medium: &Medium, distance: f64) -> Self {
+        match (self, &medium.crystal) {
+            (Light::Mode(mode), Some((crystal, coefficients))) => {
+                let alpha = crystal.absorption(&mode.wave, *coefficients);
+                Light::Mode(Mode { weight: mode.weight * (-alpha * distance).exp(), ..mode })
+            }
+            (Light::Row { row, axis }, _) => {
+                Light::Row { row: row.scaled(medium.transmittance(distance)), axis }
+            }
+            (light, None) => light,
+        }
+    }
 }
 
 /// The walks of a sample's wavelengths, one after another.
@@ -121,6 +152,17 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
+    /// Takes a ray from the eye, which may stand in a crystal.
+    fn start(&mut self, ray: Ray) {
+        match self.medium(ray.nest).crystal {
+            Some((crystal, _)) => {
+                let modes = Mode::of_eye(&crystal, ray.direction);
+                self.pending.extend(modes.map(|mode| Ray { light: Light::Mode(mode), ..ray }));
+            }
+            None => self.pending.push(ray),
+        }
+    }
+
     fn radiance(&mut self, stop: &Stop<'_>) -> f64 {
         let mut sum = 0.0;
         while let Some(ray) = self.pending.pop() {
@@ -132,9 +174,9 @@ impl Walk<'_> {
                 Some(crossing) => self.event(ray, &crossing),
                 None => {
                     if !ray.nest.is_empty() {
-                        self.energy.lost += ray.row.intensity();
+                        self.energy.lost += ray.light.intensity();
                     }
-                    self.light(ray.origin, ray.direction) * ray.row.intensity()
+                    self.light(ray.origin, ray.direction) * ray.light.intensity()
                 }
             };
         }
@@ -149,8 +191,8 @@ impl Walk<'_> {
         if here.is_opaque() {
             return 0.0;
         }
-        ray.row = ray.row.scaled(here.transmittance(crossing.distance));
-        let intensity = ray.row.intensity();
+        ray.light = ray.light.faded(&here, crossing.distance);
+        let intensity = ray.light.intensity();
         if ray.depth == settings.max_depth {
             return self.at_limit(&ray, crossing);
         }
@@ -158,39 +200,44 @@ impl Walk<'_> {
             self.energy.dropped_threshold += intensity;
             return 0.0;
         }
-        self.send_on(&ray, crossing, here, beyond);
+        match ray.light {
+            Light::Row { row, axis } if beyond.crystal.is_none() => {
+                self.send_on(&ray, (row, axis), crossing, here, beyond);
+            }
+            _ => self.send_on_at_crystal(&ray, crossing, here, beyond),
+        }
         0.0
     }
 
     /// Lists the rays that an event sends on: the reflected one and, unless reflection is total or the medium beyond a
     /// metal, the refracted one.
-    fn send_on(&mut self, ray: &Ray, crossing: &Crossing, here: Medium, beyond: Medium) {
+    fn send_on(&mut self, ray: &Ray, row: Row, crossing: &Crossing, here: Medium, beyond: Medium) {
         let (direction, normal) = (ray.direction, crossing.normal);
         let event = here.interface(&beyond, -direction.dot(normal));
-        let (axis, [back, on]) = self.split(ray, normal, &event);
+        let [back, on] = self.split(direction, row, normal, &event);
         let origin = ray.origin + direction * crossing.distance;
-        let next = Ray { origin, axis, depth: ray.depth + 1, ..*ray };
-        self.go_on(Ray { direction: direction.reflect(normal), row: back, ..next });
+        let next = Ray { origin, depth: ray.depth + 1, ..*ray };
+        self.go_on(Ray { direction: direction.reflect(normal), light: back, ..next });
         if !event.tir && !beyond.is_opaque() {
             let direction = refracted(direction, normal, &event, here.n / beyond.n);
-            self.go_on(Ray { direction, row: on, nest: crossing.after, ..next });
+            self.go_on(Ray { direction, light: on, nest: crossing.after, ..next });
         }
     }
 
-    /// The reflected and the refracted share with the first axis of their frame. Without polarisation the mean of s and p
+    /// The reflected and the refracted share. Without polarisation the mean of s and p
     /// is taken at each event: the rest of the row is dropped.
-    fn split(&self, ray: &Ray, normal: DVec3, event: &Fresnel<f64>) -> ([f64; 3], [StokesRow<f64>; 2]) {
-        let frame = align(ray.direction.to_array(), ray.axis, normal.to_array());
-        let row = ray.row.rotated(frame.cos2, frame.sin2);
+    fn split(&self, direction: DVec3, (row, axis): Row, normal: DVec3, event: &Fresnel<f64>) -> [Light; 2] {
+        let frame = align(direction.to_array(), axis, normal.to_array());
+        let row = row.rotated(frame.cos2, frame.sin2);
         let mut shares = [row.reflected(event), row.refracted(event)];
         if !self.reference.scene.settings.polarized {
             shares = shares.map(|share| StokesRow::eye().scaled(share.intensity()));
         }
-        (frame.axis, shares)
+        shares.map(|row| Light::Row { row, axis: frame.axis })
     }
 
     fn go_on(&mut self, ray: Ray) {
-        let intensity = ray.row.intensity();
+        let intensity = ray.light.intensity();
         if !ray.nest.is_empty() && intensity < self.reference.scene.settings.threshold {
             self.energy.dropped_threshold += intensity;
         } else if intensity > 0.0 {
@@ -199,7 +246,7 @@ impl Walk<'_> {
     }
 
     fn at_limit(&mut self, ray: &Ray, crossing: &Crossing) -> f64 {
-        let intensity = ray.row.intensity();
+        let intensity = ray.light.intensity();
         if self.reference.scene.settings.leftover == Leftover::Drop {
             self.energy.dropped_depth += intensity;
             return 0.0;
@@ -207,16 +254,24 @@ impl Walk<'_> {
         let (here, beyond) = (self.medium(ray.nest), self.medium(crossing.after));
         let (direction, normal) = (ray.direction, crossing.normal);
         let place = ray.origin + direction * crossing.distance;
+        // A mode leaves straight on, or as from a mirror.
+        let (reflected, event) = match ray.light {
+            Light::Row { row, axis } => {
+                let event = here.interface(&beyond, -direction.dot(normal));
+                let [back, _] = self.split(direction, (row, axis), normal, &event);
+                (back.intensity(), Some(here.interface(&Medium::AIR, -direction.dot(normal))))
+            }
+            Light::Mode(_) => (intensity, None),
+        };
         if beyond.is_opaque() {
-            let event = here.interface(&beyond, -direction.dot(normal));
-            let (_, [back, _]) = self.split(ray, normal, &event);
-            self.energy.left_at_limit += back.intensity();
-            return self.light(place, direction.reflect(normal)) * back.intensity();
+            self.energy.left_at_limit += reflected;
+            return self.light(place, direction.reflect(normal)) * reflected;
         }
         self.energy.left_at_limit += intensity;
-        let event = here.interface(&Medium::AIR, -direction.dot(normal));
-        let straight_on = event.tir || ray.nest.is_empty();
-        let out = if straight_on { direction } else { refracted(direction, normal, &event, here.n) };
+        let out = match event {
+            Some(event) if !event.tir && !ray.nest.is_empty() => refracted(direction, normal, &event, here.n),
+            _ => direction,
+        };
         self.light(place, out) * intensity
     }
 
@@ -232,6 +287,9 @@ impl Walk<'_> {
         upsample::radiance(rgb, &self.table.basis[self.line])
     }
 }
+
+/// A row with the first axis of its frame.
+type Row = (StokesRow<f64>, [f64; 3]);
 
 fn refracted(direction: DVec3, normal: DVec3, event: &Fresnel<f64>, eta: f64) -> DVec3 {
     let cos_i = -direction.dot(normal);

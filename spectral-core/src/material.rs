@@ -68,6 +68,15 @@ pub struct Source {
     pub approximate: bool,
 }
 
+/// The optics along one more axis of a crystal.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Axis {
+    /// The refractive index of light polarised along it.
+    pub dispersion: Dispersion,
+    /// The absorption of this light.
+    pub absorption: Absorption,
+}
+
 /// A substance, ready to be rendered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Material {
@@ -75,6 +84,9 @@ pub struct Material {
     pub name: String,
     /// Its optics.
     pub kind: Kind,
+    /// The further axes of a doubly refracting crystal: the optic axis of a uniaxial one, whose `kind` is then the ordinary
+    /// ray's; y and z of a biaxial one, whose `kind` is x's. None for what is isotropic.
+    pub axes: Vec<Axis>,
     /// Density in g/cm³, for weights.
     pub density: Option<f64>,
     /// Which ray the index belongs to: `"isotropic"`, `"ordinary"`, `"beta"`; empty for a scene's own.
@@ -89,7 +101,15 @@ impl Material {
     /// A material of which only the optics are known.
     pub fn new(name: impl Into<String>, kind: Kind) -> Self {
         let (notes, sources) = (Vec::new(), Vec::new());
-        Material { name: name.into(), kind, density: None, ray: String::new(), notes, sources }
+        Material {
+            name: name.into(),
+            kind,
+            axes: Vec::new(),
+            density: None,
+            ray: String::new(),
+            notes,
+            sources,
+        }
     }
 
     /// The refractive index at a wavelength in nm; of a metal the real part.
@@ -117,6 +137,30 @@ impl Material {
         }
     }
 
+    /// Whether it is a doubly refracting crystal.
+    pub fn is_crystal(&self) -> bool {
+        !self.axes.is_empty()
+    }
+
+    /// The refractive index along each axis of the crystal, the optic axis of a uniaxial one last; three times the same
+    /// if it is isotropic.
+    pub fn indices(&self, nm: f64) -> [f64; 3] {
+        self.by_axis(self.index(nm), |axis| axis.dispersion.index(nm))
+    }
+
+    /// The absorption coefficient in 1/mm along each axis, as [`indices`](Self::indices).
+    pub fn absorptions(&self, nm: f64) -> [f64; 3] {
+        self.by_axis(self.absorption(nm), |axis| axis.absorption.coefficient(nm))
+    }
+
+    fn by_axis(&self, first: f64, figure: impl Fn(&Axis) -> f64) -> [f64; 3] {
+        match self.axes.as_slice() {
+            [] => [first; 3],
+            [extraordinary] => [first, first, figure(extraordinary)],
+            [y, z, ..] => [first, figure(y), figure(z)],
+        }
+    }
+
     /// Whether it is opaque, with a complex index.
     pub fn is_conductor(&self) -> bool {
         matches!(self.kind, Kind::Conductor { .. })
@@ -140,6 +184,9 @@ impl Material {
             }
             Kind::Conductor { .. } => Vec::new(),
         };
+        for axis in &self.axes {
+            warnings.extend(axis.dispersion.check(range).map_err(|error| within(&self.name, error))?);
+        }
         for source in &self.sources {
             if let Some([start, end]) = source.range
                 && (range[0] < start || range[1] > end)

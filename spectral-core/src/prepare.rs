@@ -15,6 +15,7 @@ mod overlap;
 mod reach;
 mod rounding;
 mod spectral;
+mod substance;
 
 pub use geometry::{FacetPlane, Geometry, PreparedStone};
 pub use medium::Medium;
@@ -117,6 +118,7 @@ impl PreparedScene {
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let mut warnings = optics.warnings.clone();
         warnings.extend(moved);
+        warnings.extend(substance::remarks(&scene.stones)?);
         if !eye_nest.is_empty() {
             warnings.push(Warning::new("the camera stands inside a stone"));
         }
@@ -188,11 +190,28 @@ impl PreparedScene {
         }
     }
 
+    /// Refuses a scene with crystals, for a backend that renders what is isotropic only.
+    ///
+    /// # Errors
+    /// [`Error::Value`] that names the first crystal.
+    pub fn refuse_crystals(&self, backend: &str) -> Result<(), Error> {
+        let Some(stone) = self.geometry.stones.iter().find(|stone| stone.crystal) else { return Ok(()) };
+        let expected = format!("the backend '{backend}' does not render it yet; '--backend reference' does");
+        Err(Error::value(format!("{}: its material", stone.name), "double refraction", expected))
+    }
+
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {
         match self.geometry.stones.as_slice() {
-            [stone] if stone.has_few_planes() && !stone.conductor && self.eye_nest.is_empty() => Some(stone),
+            [stone]
+                if stone.has_few_planes()
+                    && !stone.conductor
+                    && !stone.crystal
+                    && self.eye_nest.is_empty() =>
+            {
+                Some(stone)
+            }
             _ => None,
         }
     }

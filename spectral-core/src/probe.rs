@@ -133,6 +133,7 @@ fn settings() -> Result<RenderSettings, Error> {
         max_depth: 16,
         leftover: Leftover::Exit,
         threshold: 1e-2,
+        split: 0.0,
         polarized: true,
         spectral: false,
     })

@@ -68,6 +68,15 @@ impl Up {
     }
 }
 
+/// How a crystal lies in a stone, in the frame of the file. Vectors have any length above 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Orientation {
+    /// The optic axis of a uniaxial crystal.
+    OpticAxis(DVec3),
+    /// x and y of a crystal, made perpendicular; z is x × y, along which a uniaxial crystal has its optic axis.
+    Axes([DVec3; 2]),
+}
+
 /// A stone (or a piece of metal): a closed mesh, a material, and where it stands.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Stone {
@@ -86,6 +95,9 @@ pub struct Stone {
     pub position: DVec3,
     /// What it is made of.
     pub material: Arc<Material>,
+    /// How its crystal lies in it, turned with `rotation`; `None` takes the axes of the file's frame, so the optic axis
+    /// along the table's normal. What is isotropic needs none.
+    pub orientation: Option<Orientation>,
     /// Where stones overlap, the one with the higher priority fills the space; among equals the smaller
     /// volume, so that an inclusion lies inside its host wherever it is listed; then the later one.
     pub priority: i32,
@@ -102,6 +114,7 @@ impl Stone {
             rotation: DVec3::ZERO,
             position: DVec3::ZERO,
             material,
+            orientation: None,
             priority: 0,
         }
     }
@@ -135,7 +148,48 @@ impl Stone {
     pub(crate) fn placement(&self) -> Result<Placement, Error> {
         let (rotation, scale, position) = self.place()?;
         let placement = Placement::new(rotation, scale, position)?;
+        self.crystal_axes()?;
         placement.check(&self.mesh).map(|()| placement)
+    }
+
+    /// The axes x, y and z of its crystal in the world, unit.
+    ///
+    /// # Errors
+    /// [`Error::Value`] for axes without a direction or parallel to each other, and for a biaxial crystal of which only
+    /// one axis is given.
+    pub fn crystal_axes(&self) -> Result<[DVec3; 3], Error> {
+        let (rotation, ..) = self.place()?;
+        let [x, z] = match self.orientation {
+            None => [DVec3::X, DVec3::Z].map(|axis| self.up.matrix().transpose() * axis),
+            Some(Orientation::OpticAxis(axis)) => {
+                if self.material.axes.len() > 1 {
+                    let expected = "a biaxial crystal needs crystal_axes = [x, y]";
+                    return Err(self.axis_error("optic_axis", &[axis], expected));
+                }
+                [axis.any_orthogonal_vector(), axis]
+            }
+            Some(Orientation::Axes([x, y])) => [x, x.cross(y)],
+        };
+        let unit = |v: DVec3| v.is_finite().then(|| v.try_normalize()).flatten();
+        let (Some(x), Some(z)) = (unit(x), unit(z)) else { return Err(self.no_direction()) };
+        Ok([x, z.cross(x), z].map(|axis| rotation * axis))
+    }
+
+    fn no_direction(&self) -> Error {
+        match self.orientation {
+            Some(Orientation::Axes(axes)) => {
+                self.axis_error("crystal_axes", &axes, "two directions [x, y] that are not parallel")
+            }
+            Some(Orientation::OpticAxis(axis)) => {
+                self.axis_error("optic_axis", &[axis], "a direction [x, y, z]")
+            }
+            None => self.axis_error("optic_axis", &[], "a direction [x, y, z]"),
+        }
+    }
+
+    fn axis_error(&self, key: &str, axes: &[DVec3], expected: &str) -> Error {
+        let shown: Vec<String> = axes.iter().map(ToString::to_string).collect();
+        Error::value(format!("{}: {key}", self.name), shown.join(", "), expected)
     }
 
     /// Rotation, scale and translation.

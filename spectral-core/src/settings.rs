@@ -104,6 +104,9 @@ pub struct RenderSettings {
     pub leftover: Leftover,
     /// A ray inside a stone whose throughput falls below this is spent. 0 traces every ray to `max_depth`.
     pub threshold: f64,
+    /// In a crystal, where an event sends on two modes on one side: the weight below which a mode is not followed, and its
+    /// sibling takes the weight. Energy stays exact. 0 follows every mode down to `threshold`.
+    pub split: f64,
     /// Carry a Stokes vector (true), or average s and p at every event (false, the classical algorithm).
     pub polarized: bool,
     /// Keep the radiance of every wavelength in the film.
@@ -130,14 +133,14 @@ impl RenderSettings {
         // A draft has one sample and so one grid: with sixteen wavelengths dispersion does not show as bands. The grids
         // of many samples differ, and eight wavelengths carry every colour exactly; more would cost samples. Normal is
         // the least work that brings 95 % of a diamond's pixels under lamps within ΔE00 1 of the converged picture.
-        let (samples, count, tolerance, max_depth, threshold) = match quality {
-            Quality::Draft => (1, 16, 0.0, 24, 1e-2),
-            Quality::Normal => (729, 8, 0.6, 64, 1e-4),
-            Quality::Final => (2187, 8, 0.3, 256, 1e-5),
+        let (samples, count, tolerance, max_depth, threshold, split) = match quality {
+            Quality::Draft => (1, 16, 0.0, 24, 1e-2, 1e-1),
+            Quality::Normal => (729, 8, 0.6, 64, 1e-4, 1e-2),
+            Quality::Final => (2187, 8, 0.3, 256, 1e-5, 1e-3),
         };
         let kept = self.spectral || !self.wavelengths.can_jitter();
         let wavelengths = if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(count) };
-        RenderSettings { samples, tolerance, max_depth, threshold, wavelengths, ..self.clone() }
+        RenderSettings { samples, tolerance, max_depth, threshold, split, wavelengths, ..self.clone() }
     }
 
     /// These settings with exactly `samples` for every pixel, so without a tolerance.
@@ -188,12 +191,10 @@ impl RenderSettings {
             let expected = "a colour difference from 0 (every pixel takes all samples) to 100";
             return Err(Error::value("tolerance", self.tolerance, expected));
         }
-        if !(0.0..1.0).contains(&self.threshold) {
-            return Err(Error::value(
-                "threshold",
-                self.threshold,
-                "a throughput from 0 up to, not including, 1",
-            ));
+        for (what, value) in [("threshold", self.threshold), ("split", self.split)] {
+            if !(0.0..1.0).contains(&value) {
+                return Err(Error::value(what, value, "a throughput from 0 up to, not including, 1"));
+            }
         }
         Ok(())
     }
@@ -210,6 +211,7 @@ impl Default for RenderSettings {
             max_depth: 1,
             leftover: Leftover::default(),
             threshold: 0.0,
+            split: 0.0,
             polarized: true,
             spectral: false,
         };
@@ -285,5 +287,6 @@ mod tests {
         refuse(RenderSettings { max_depth: 5000, ..ok() }, "from 1 to 4096");
         refuse(RenderSettings { tolerance: -1.0, ..ok() }, "tolerance: -1");
         refuse(RenderSettings { threshold: f64::NAN, ..ok() }, "threshold: NaN");
+        refuse(RenderSettings { split: 1.0, ..ok() }, "split: 1");
     }
 }

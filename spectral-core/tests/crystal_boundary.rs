@@ -150,13 +150,12 @@ fn case(random: &mut Random, crystal: &Crystal, direction: V) -> Case {
     };
     match random.below(3) {
         0 => {
-            let permittivity = Complex64::from(index * index);
-            let scattered = vec![at.leave(&wave, &back, permittivity)];
+            let scattered = vec![at.leave(&wave, &back, [index, 0.0])];
             let edge = if at.tangential < index { room } else { 1.0 };
             Case { scattered, grazing: least(&[&[wave], &back]).min(edge) }
         }
         1 if at.tangential < index => {
-            let scattered = at.enter(index * index, &on).to_vec();
+            let scattered = at.enter(index, &on).to_vec();
             Case { scattered, grazing: least(&[&on]).min(room) }
         }
         _ => {
@@ -224,8 +223,8 @@ fn a_metal_takes_the_rest() {
         let wave = wave.at(normal);
         let at = Incidence::new(wave.wave_vector(), normal);
         let back = crystal.reflections(&wave, &at);
-        let index = Complex64::new(0.2 + 3.0 * random.unit(), 0.5 + 4.0 * random.unit());
-        let out = at.leave(&wave, &back, index * index);
+        let index = [0.2 + 3.0 * random.unit(), 0.5 + 4.0 * random.unit()];
+        let out = at.leave(&wave, &back, index);
         let mut fields = [wave.electric, wave.magnetic];
         for (amplitude, reflected) in out.back.iter().zip(&back).filter(|(_, w)| w.propagates()) {
             let factor = amplitude * (wave.flux / reflected.flux.abs()).sqrt();
@@ -262,19 +261,18 @@ fn equal_indices_are_isotropic() {
         let direction: V = std::array::from_fn(|i| cos * normal[i] + sin * axes[2][i]);
         let outside = 1.0 + random.unit();
         let at = Incidence::new(direction.map(|x| x * outside), normal);
-        let [s, p] = at.enter(outside * outside, &crystal.waves(at.q(), normal, 1.0));
+        let [s, p] = at.enter(outside, &crystal.waves(at.q(), normal, 1.0));
         let expected = dielectric(cos, outside / n);
         check(&expected, [s.back[0], p.back[1], s.back[1], p.back[0]]);
         // From inside: the mode is s and p in the proportion of its field.
         let at = Incidence::new(direction.map(|x| x * n), normal);
         let [on, back] = [1.0, -1.0].map(|side| crystal.waves(at.q(), normal, side));
-        let metal = Complex64::new(outside, 2.0);
         let mode = &on[random.below(2)];
-        for (permittivity, expected) in [
-            (Complex64::from(outside * outside), dielectric(cos, n / outside)),
-            (metal * metal, conductor(cos, n, metal.re, metal.im)),
+        for (index, expected) in [
+            ([outside, 0.0], dielectric(cos, n / outside)),
+            ([outside, 2.0], conductor(cos, n, outside, 2.0)),
         ] {
-            let out = at.leave(mode, &back, permittivity);
+            let out = at.leave(mode, &back, index);
             let e = mode.electric.map(|x| x.re);
             let share = dot(e, at.s).powi(2) / dot(e, e);
             let r = share * expected.reflectance_s + (1.0 - share) * expected.reflectance_p;
@@ -308,11 +306,11 @@ struct Surface {
     amplitudes: [[Complex64; 4]; 4],
 }
 
-fn surface(crystal: &Crystal, at: &Incidence, permittivity: f64) -> Surface {
+fn surface(crystal: &Crystal, at: &Incidence, index: f64) -> Surface {
     let [towards, away] = [1.0, -1.0].map(|side| crystal.waves(at.q(), at.normal, side));
-    let inside = towards.map(|wave| at.leave(&wave, &away, Complex64::from(permittivity)));
+    let inside = towards.map(|wave| at.leave(&wave, &away, [index, 0.0]));
     let beyond = Incidence { normal: at.normal.map(|x| -x), s: at.s.map(|x| -x), ..*at };
-    let outside = beyond.enter(permittivity, &away);
+    let outside = beyond.enter(index, &away);
     let mut amplitudes = [[Complex64::ZERO; 4]; 4];
     for i in 0..2 {
         for j in 0..2 {
@@ -336,7 +334,7 @@ fn amplitudes_are_reciprocal() {
             (crystal(random), random.direction().to_array(), 1.0 + random.unit());
         let at = Incidence::new(random.direction().to_array().map(|x| x * outside), normal);
         let back = Incidence { u: at.u.map(|x| -x), s: at.s.map(|x| -x), ..at };
-        let [a, b] = [at, back].map(|at| surface(&crystal, &at, outside * outside));
+        let [a, b] = [at, back].map(|at| surface(&crystal, &at, outside));
         let waves = a.towards.iter().chain(&a.away);
         if at.tangential > 0.999 * outside
             || waves.into_iter().any(|w| !w.propagates() || steepness(w, normal) < 0.05)
@@ -373,7 +371,7 @@ fn weights_add_up() {
         if at.tangential < 0.999 {
             near(modes[0] + modes[1] + back, row.intensity(), 1e-10, "into a crystal");
             let waves = [1.0, -1.0].map(|side| crystal.waves(at.q(), normal, side));
-            let out = at.leave(&waves[0][0], &waves[1], Complex64::ONE);
+            let out = at.leave(&waves[0][0], &waves[1], [1.0, 0.0]);
             let row = from_mode(0.7, out.on);
             let back = out.back.map(|a| 0.7 * a.norm_sqr());
             near(back[0] + back[1] + row.intensity(), 0.7, 1e-10, "out of it");
@@ -401,7 +399,7 @@ fn rows_between_crystals_are_products_of_amplitudes() {
         let third = Incidence::new(next, facing(random, next));
         // Backwards along the ray: rows and frames.
         let [towards, away] = [1.0, -1.0].map(|side| crystals[0].waves(first.q(), normals[0], side));
-        let leaving = first.leave(&towards[0], &away, Complex64::ONE);
+        let leaving = first.leave(&towards[0], &away, [1.0, 0.0]);
         let turned = |row: StokesRow<f64>, along: V, from: &Incidence, to: &Incidence| {
             let frame = align(along, from.s, to.normal);
             row.rotated(frame.cos2, frame.sin2)

@@ -95,6 +95,7 @@ pub fn settings(nm: &[f64]) -> RenderSettings {
         max_depth: 64,
         leftover: Leftover::Exit,
         threshold: 0.0,
+        split: 0.0,
         polarized: true,
         spectral: true,
     }

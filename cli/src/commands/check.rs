@@ -4,6 +4,7 @@ use crate::console::{Console, Report};
 use gemtrace::{Error, scene_file};
 use serde_json::{Value, json};
 use spectral_core::film::Film;
+use spectral_core::material::Material;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Stone;
 use std::path::PathBuf;
@@ -59,7 +60,25 @@ fn stone_facts(stone: &Stone, nm: &[f64]) -> Value {
         "n": at(&|nm| material.index(nm)),
         "k": at(&|nm| material.extinction(nm)),
         "absorption_per_mm": at(&|nm| material.absorption(nm)),
+        "axes": if material.is_crystal() { axes(material, nm) } else { Value::Null },
     })
+}
+
+/// A crystal's index and absorption along each of its axes: o and e, or x, y and z.
+fn axes(material: &Material, nm: &[f64]) -> Value {
+    let names: &[(&str, usize)] =
+        if material.axes.len() == 1 { &[("o", 0), ("e", 2)] } else { &[("x", 0), ("y", 1), ("z", 2)] };
+    let figures = |axis: usize, of: fn(&Material, f64) -> [f64; 3]| -> Vec<f64> {
+        nm.iter().map(|&nm| of(material, nm)[axis]).collect()
+    };
+    let axis = |&(name, k): &(&str, usize)| {
+        json!({
+            "axis": name,
+            "n": figures(k, Material::indices),
+            "absorption_per_mm": figures(k, Material::absorptions),
+        })
+    };
+    names.iter().map(axis).collect()
 }
 
 fn film_bytes(scene: &PreparedScene) -> u64 {

@@ -81,6 +81,7 @@ pub fn settings(scene: &PreparedScene) -> Value {
         "max_depth": s.max_depth,
         "leftover": s.leftover.name(),
         "threshold": s.threshold,
+        "split": s.split,
         "polarized": s.polarized,
         "spectral": s.spectral,
         "background": match scene.background {

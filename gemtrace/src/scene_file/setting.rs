@@ -48,6 +48,9 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
     if let Some(entry) = fields.get("threshold") {
         settings.threshold = entry.number("a throughput from 0 up to, not including, 1")?;
     }
+    if let Some(entry) = fields.get("split") {
+        settings.split = entry.number("a throughput from 0 (follow every mode) up to, not including, 1")?;
+    }
     for (key, slot) in [("polarized", &mut settings.polarized), ("spectral", &mut settings.spectral)] {
         if let Some(entry) = fields.get(key) {
             *slot = entry.flag()?;

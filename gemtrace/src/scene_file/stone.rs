@@ -6,7 +6,7 @@ use super::source::Sources;
 use crate::{Error, import};
 use glam::{DMat3, EulerRot};
 use spectral_core::mesh::Mesh;
-use spectral_core::scene::{Stone, Up};
+use spectral_core::scene::{Orientation, Stone, Up};
 use spectral_core::shape::ShapeSpec;
 use spectral_core::{Warning, shown};
 use std::path::Path;
@@ -36,6 +36,7 @@ fn stone(
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
     let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
     let up = fields.get("up");
+    let orientation = fields.one_of(&["optic_axis", "crystal_axes"])?;
     let form = fields.one_of(&FORMS)?;
     fields.finish()?;
     let missing = |what: &str| fields.error(format!("[[stone]] {number} needs {what}"));
@@ -47,6 +48,7 @@ fn stone(
     };
     let label = own.map_or_else(|| format!("stone {number} ({})", shown(source)), shown);
     let mut stone = Stone::new(label, mesh, materials.get(&material)?);
+    stone.orientation = orientation.map(|(_, entry)| orientation_of(&entry)).transpose()?;
     stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
     if let Some(entry) = &up {
         stone.up = upright(entry, key)?;
@@ -129,6 +131,16 @@ fn copies_of(stone: &Stone, entry: &Entry) -> Result<Vec<Stone>, Error> {
         Ok(copy)
     };
     places.iter().enumerate().map(copy).collect()
+}
+
+/// `optic_axis = [x, y, z]` or `crystal_axes = [[x, y, z], [x, y, z]]`.
+fn orientation_of(entry: &Entry) -> Result<Orientation, Error> {
+    if entry.key == "optic_axis" {
+        return Ok(Orientation::OpticAxis(entry.vector("a direction [x, y, z]")?.into()));
+    }
+    let axes: [[f64; 3]; 2] =
+        entry.read().map_err(|_| entry.refuse("two directions [[x, y, z], [x, y, z]]"))?;
+    Ok(Orientation::Axes(axes.map(Into::into)))
 }
 
 /// `shape = "step"`, or with parameters `shape = { name = "step", … }`.

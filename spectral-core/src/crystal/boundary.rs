@@ -1,6 +1,6 @@
 //! What a plane surface of a crystal does to a wave: continuity of the tangential fields.
 
-use super::vector::{along, root, unit};
+use super::vector::{along, plus, root, unit};
 use super::wave::Wave;
 use crate::color::matrix::{cross, dot};
 use crate::stokes::any_axis;
@@ -50,6 +50,16 @@ impl Incidence {
         Incidence { normal, s, u, tangential: dot(wave_vector, u) }
     }
 
+    /// The same with e_s given: `s` is the first axis of a ray's frame that has been turned into the plane of incidence by
+    /// [`align`](crate::stokes::align).
+    pub fn aligned(wave_vector: [f64; 3], normal: [f64; 3], s: [f64; 3]) -> Self {
+        let s = unit(plus(s, -dot(s, normal), normal));
+        let u = cross(s, normal);
+        let tangential = dot(wave_vector, u);
+        let sign = if tangential < 0.0 { -1.0 } else { 1.0 };
+        Incidence { normal, s: s.map(|x| x * sign), u: u.map(|x| x * sign), tangential: tangential.abs() }
+    }
+
     /// The tangential wave vector q.
     pub fn q(&self) -> [f64; 3] {
         self.u.map(|x| x * self.tangential)
@@ -68,7 +78,7 @@ impl Incidence {
         if z2.im == 0.0 { root(z2.re) } else { z2.sqrt() }
     }
 
-    /// From a crystal into an isotropic medium or onto a metal, of permittivity n_i² = (n + ik)².
+    /// From a crystal into an isotropic medium or onto a metal, of index n + ik; n_i² = (n + ik)².
     ///
     /// `back` are the crystal's waves for [`q`](Self::q) on the side that `incident` comes from. The isotropic side is
     /// eliminated: there H_u = −z E_s and z H_s = n_i² E_u, so with α = H_u + zE_s and β = zH_s − n_i²E_u of each wave
@@ -78,7 +88,8 @@ impl Incidence {
     /// ```
     ///
     /// No division by z: grazing incidence is safe.
-    pub fn leave(&self, incident: &Wave, back: &[Wave; 2], permittivity: Complex64) -> Scattered {
+    pub fn leave(&self, incident: &Wave, back: &[Wave; 2], [n, k]: [f64; 2]) -> Scattered {
+        let permittivity = Complex64::new(n * n - k * k, 2.0 * n * k);
         let z = self.isotropic(permittivity);
         let fields = [incident, &back[0], &back[1]].map(|wave| self.tangential_fields(wave));
         let [first, one, two] = fields.map(|[eu, es, hu, hs]| [hu + z * es, z * hs - permittivity * eu]);
@@ -93,14 +104,15 @@ impl Incidence {
         }
     }
 
-    /// From a transparent isotropic medium of permittivity n_i² into a crystal, for incident s and p.
+    /// From a transparent isotropic medium of index n_i into a crystal, for incident s and p.
     ///
     /// `on` are the crystal's waves on the far side. With α = H_u − zE_s and β = zH_s + n_i²E_u of each wave
     ///
     /// ```text
     /// α₁t₁ + α₂t₂ = −2z (s), 0 (p)      β₁t₁ + β₂t₂ = 0 (s), 2z n_i² (p)
     /// ```
-    pub fn enter(&self, permittivity: f64, on: &[Wave; 2]) -> [Scattered; 2] {
+    pub fn enter(&self, n: f64, on: &[Wave; 2]) -> [Scattered; 2] {
+        let permittivity = n * n;
         let z = self.isotropic(Complex64::from(permittivity));
         let fields = [&on[0], &on[1]].map(|wave| self.tangential_fields(wave));
         let [one, two] = fields.map(|[eu, es, hu, hs]| [hu - z * es, z * hs + permittivity * eu]);
@@ -109,7 +121,7 @@ impl Incidence {
         // A wave of amplitude 1 has the flux z (s) or z n_i² (p). At grazing incidence nothing is left to be divided.
         let flux = z.re.max(1e-280);
         let incident = [([-2.0 * z, zero], flux), ([zero, 2.0 * z * permittivity], flux * permittivity)];
-        let reflect = [1.0, permittivity.sqrt()];
+        let reflect = [1.0, n];
         std::array::from_fn(|m| {
             let (right, flux) = incident[m];
             let t = solve(matrix, right);

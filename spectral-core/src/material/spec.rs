@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
-use super::{Catalogue, Kind, Material, named, within};
+use super::{Axis, Catalogue, Kind, Material, named, within};
 use crate::absorption::{Absorption, Term};
 use crate::dispersion::Dispersion;
 use crate::spectrum::{Ends, Tabulated};
@@ -34,6 +34,11 @@ pub struct MaterialSpec {
     pub conductor: Option<ConductorSpec>,
     /// The colour.
     pub absorption: Option<AbsorptionSpec>,
+    /// The extraordinary ray of a uniaxial crystal: its index and absorption; the rest of the table is then the ordinary
+    /// ray's.
+    pub extraordinary: Option<Box<MaterialSpec>>,
+    /// A biaxial crystal: index and absorption along its axes x, y and z, in place of the table's own.
+    pub principal: Option<Vec<MaterialSpec>>,
     /// Density in g/cm³.
     pub density: Option<f64>,
 }
@@ -134,6 +139,9 @@ impl<'de> Deserialize<'de> for AbsorptionSpec {
     }
 }
 
+/// Gives the table of an `absorption = "FILE"`.
+type Resolve<'a> = &'a dyn Fn(&str) -> Result<Tabulated, Error>;
+
 impl MaterialSpec {
     /// Checks the description and makes the material, with warnings about figures that were accepted.
     ///
@@ -149,28 +157,30 @@ impl MaterialSpec {
         name: &str,
         resolve: impl Fn(&str) -> Result<Tabulated, Error>,
     ) -> Result<(Material, Vec<Warning>), Error> {
-        self.assemble(name, resolve).map_err(|error| within(name, error)).map(|(material, warnings)| {
+        self.assemble(name, &resolve).map_err(|error| within(name, error)).map(|(material, warnings)| {
             let warnings = warnings.iter().map(|w| named(name, w)).collect();
             (material, warnings)
         })
     }
 
-    fn assemble(
-        &self,
-        name: &str,
-        resolve: impl Fn(&str) -> Result<Tabulated, Error>,
-    ) -> Result<(Material, Vec<Warning>), Error> {
+    fn assemble(&self, name: &str, resolve: Resolve<'_>) -> Result<(Material, Vec<Warning>), Error> {
+        if let Some(principal) = &self.principal {
+            return self.biaxial(name, principal, resolve);
+        }
         self.check_models()?;
         let base = match &self.like {
             Some(like) => Some(Catalogue::builtin().get(like)?),
             None => None,
         };
-        let absorption = match &self.absorption {
-            Some(AbsorptionSpec::Bands(bands)) => Some(Absorption::new(terms(bands)?)?),
-            Some(AbsorptionSpec::File(file)) => Some(Absorption::new(vec![Term::Table(resolve(file)?)])?),
+        let absorption = self.absorption(resolve)?;
+        let (kind, mut warnings) = self.kind(base, absorption)?;
+        let extraordinary = match &self.extraordinary {
+            Some(_) if matches!(kind, Kind::Conductor { .. }) => {
+                return Err(Error::value("extraordinary", "given", "a metal is isotropic; leave this out"));
+            }
+            Some(spec) => Some(spec.axis("extraordinary", resolve, &mut warnings)?),
             None => None,
         };
-        let (kind, warnings) = self.kind(base, absorption)?;
         if let Some(density) = self.density.filter(|d| !(d.is_finite() && *d > 0.0)) {
             return Err(Error::value("density", density, "give a number above 0, in g/cm³"));
         }
@@ -186,7 +196,63 @@ impl MaterialSpec {
         });
         let base = base.cloned().unwrap_or_else(|| Material::new(name, kind.clone()));
         let density = self.density.or(base.density);
-        Ok((Material { name: name.to_owned(), kind, density, sources, ..base }, warnings))
+        let axes = extraordinary.map_or_else(|| base.axes.clone(), |axis| vec![axis]);
+        Ok((Material { name: name.to_owned(), kind, axes, density, sources, ..base }, warnings))
+    }
+
+    /// `principal = [{…}, {…}, {…}]`.
+    fn biaxial(
+        &self,
+        name: &str,
+        principal: &[MaterialSpec],
+        resolve: Resolve<'_>,
+    ) -> Result<(Material, Vec<Warning>), Error> {
+        let [x, y, z] = principal else {
+            let expected = "give three tables, along the crystal's axes x, y and z";
+            return Err(Error::value("principal", format!("{} tables", principal.len()), expected));
+        };
+        let own = MaterialSpec { principal: None, density: None, ..self.clone() };
+        if own != MaterialSpec::default() {
+            let expected = "with principal, each axis has its own index and absorption; leave out the table's own, like and extraordinary";
+            return Err(Error::value("principal", "given beside others", expected));
+        }
+        let mut warnings = Vec::new();
+        let mut axis =
+            |k: usize, spec: &MaterialSpec| spec.axis(&format!("principal[{k}]"), resolve, &mut warnings);
+        let (Axis { dispersion, absorption }, y, z) = (axis(0, x)?, axis(1, y)?, axis(2, z)?);
+        let rest = MaterialSpec { density: self.density, index: Some(1.0), ..MaterialSpec::default() };
+        let (material, _) = rest.assemble(name, resolve)?;
+        let kind = Kind::Dielectric { dispersion, absorption };
+        Ok((Material { kind, axes: vec![y, z], ..material }, warnings))
+    }
+
+    /// The optics along one axis of a crystal.
+    fn axis(&self, what: &str, resolve: Resolve<'_>, warnings: &mut Vec<Warning>) -> Result<Axis, Error> {
+        let optics = MaterialSpec {
+            like: None,
+            conductor: None,
+            density: None,
+            extraordinary: None,
+            principal: None,
+            ..self.clone()
+        };
+        let expected = "an axis of a crystal has one of index, cauchy, measured, sellmeier, pole and index_table, and perhaps absorption";
+        if optics != *self || self.models().len() != 1 {
+            return Err(Error::value(what, "this table", expected));
+        }
+        let (dispersion, remarks) =
+            self.dispersion()?.ok_or_else(|| Error::value(what, "nothing", expected))?;
+        warnings.extend(remarks);
+        Ok(Axis { dispersion, absorption: self.absorption(resolve)?.unwrap_or_default() })
+    }
+
+    fn absorption(&self, resolve: Resolve<'_>) -> Result<Option<Absorption>, Error> {
+        let term = match &self.absorption {
+            Some(AbsorptionSpec::Bands(bands)) => terms(bands)?,
+            Some(AbsorptionSpec::File(file)) => vec![Term::Table(resolve(file)?)],
+            None => return Ok(None),
+        };
+        Absorption::new(term).map(Some)
     }
 
     /// The keys given that say what the index is, but for `like`.

@@ -1,6 +1,9 @@
 //! The stones' surfaces as flat arrays in local coordinates.
 
-use super::nest::{Nest, Rank};
+use super::{
+    nest::{Nest, Rank},
+    substance::substances,
+};
 use crate::{
     Error, memory,
     mesh::{Mesh, Placement, Plane, solid_angle},
@@ -32,7 +35,8 @@ pub struct PreparedStone {
     pub facets: Range<u32>,
     /// Its triangles.
     pub triangles: Range<u32>,
-    /// Index into [`SpectralTable::media`](super::SpectralTable::media) of its material; equal materials share one.
+    /// Index into [`SpectralTable::media`](super::SpectralTable::media) of its material; equal materials
+    /// share one, crystals if they lie alike.
     pub material: u32,
     /// Its place in the order of priority.
     pub rank: Rank,
@@ -40,6 +44,8 @@ pub struct PreparedStone {
     pub convex: bool,
     /// Whether it is a metal.
     pub conductor: bool,
+    /// Whether it is traced as a doubly refracting crystal.
+    pub crystal: bool,
     /// Lowest corner of its bounds.
     pub low: DVec3,
     /// Highest corner of its bounds.
@@ -120,9 +126,9 @@ impl Geometry {
         let origin = if stones.is_empty() { DVec3::ZERO } else { (low + high) / 2.0 };
         let mut geometry = Geometry { origin, ..Geometry::with_room(&placed)? };
         geometry.stone_of_rank = order(&placed);
-        let materials = material_indices(stones);
+        let (distinct, materials) = substances(stones)?;
         for (placed, material) in placed.iter().zip(materials) {
-            geometry.push(placed, material);
+            geometry.push(placed, material, distinct[material as usize].axes.is_some());
         }
         for (rank, &stone) in geometry.stone_of_rank.iter().enumerate() {
             geometry.stones[stone as usize].rank = rank as Rank;
@@ -137,13 +143,15 @@ impl Geometry {
     /// Whether these stones would give this very geometry.
     pub(super) fn is_of(&self, stones: &[Stone]) -> bool {
         let made = self.sources.iter().map(|source| (&self.stones[source.first as usize], source));
+        let Ok((distinct, materials)) = substances(stones) else { return false };
         let same = |(((prepared, source), stone), material): (((&PreparedStone, &Source), &Stone), u32)| {
             source.place == place(stone)
                 && (prepared.material, prepared.conductor) == (material, stone.material.is_conductor())
+                && prepared.crystal == distinct[material as usize].axes.is_some()
                 && prepared.name == stone.name
                 && source.mesh.upgrade().is_some_and(|m| Arc::ptr_eq(&m, &stone.mesh) || m == stone.mesh)
         };
-        self.sources.len() == stones.len() && made.zip(stones).zip(material_indices(stones)).all(same)
+        self.sources.len() == stones.len() && made.zip(stones).zip(materials).all(same)
     }
 
     /// Empty, with the memory that the stones will take.
@@ -161,7 +169,7 @@ impl Geometry {
         })
     }
 
-    fn push(&mut self, placed: &Placed, material: u32) {
+    fn push(&mut self, placed: &Placed, material: u32, crystal: bool) {
         let Placed { stone: Stone { mesh, name, material: substance, .. }, placement, solids } = placed;
         let (stone, origin) = (self.stones.len() as u32, self.origin);
         let (vertex, triangle, facet) =
@@ -187,6 +195,7 @@ impl Geometry {
                 rank: 0,
                 convex: mesh.is_convex(),
                 conductor: substance.is_conductor(),
+                crystal,
                 low: *low - origin,
                 high: *high - origin,
             });
@@ -277,21 +286,4 @@ fn order(placed: &[Placed]) -> Vec<u32> {
             .then(a.cmp(&b))
     });
     order
-}
-
-/// For each stone the index of its material among the distinct ones, in order of first use.
-pub(super) fn material_indices(stones: &[Stone]) -> Vec<u32> {
-    let mut distinct: Vec<&Stone> = Vec::new();
-    stones
-        .iter()
-        .map(|stone| {
-            let known = distinct
-                .iter()
-                .position(|d| Arc::ptr_eq(&d.material, &stone.material) || d.material == stone.material);
-            known.unwrap_or_else(|| {
-                distinct.push(stone);
-                distinct.len() - 1
-            }) as u32
-        })
-        .collect()
 }

@@ -3,9 +3,10 @@
 //! The double-precision reference takes a [`Medium`] as it stands. The CPU backend packs sixteen of them into lanes.
 //! The kernel's structure, its loader and its constant for air are generated from [`Medium::figures`].
 
+use super::substance::Substance;
 use crate::{
+    crystal::Crystal,
     fresnel::{Fresnel, conductor, dielectric},
-    material::Material,
 };
 
 /// The optics of a material at one wavelength.
@@ -17,26 +18,39 @@ pub struct Medium {
     pub k: f64,
     /// Napierian absorption coefficient, 1/mm; 0 for metals, in which no ray travels.
     pub absorption: f64,
+    /// Of a crystal that is traced as one: its permittivity in the scene's frame, and its absorption coefficients along
+    /// the three axes. `n` and `absorption` are then those of the first axis.
+    pub crystal: Option<(Crystal, [f64; 3])>,
 }
 
 impl Medium {
     /// What is between the stones.
-    pub const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0 };
+    pub const AIR: Medium = Medium { n: 1.0, k: 0.0, absorption: 0.0, crystal: None };
     /// How many [`figures`](Self::figures) there are.
     pub const FIGURES: usize = 3;
 
-    pub(super) fn new(material: &Material, nm: f64) -> Self {
-        let metal = material.is_conductor();
-        Medium {
-            n: material.index(nm),
-            k: material.extinction(nm),
-            absorption: if metal { 0.0 } else { material.absorption(nm) },
+    pub(super) fn new(substance: &Substance, nm: f64) -> Self {
+        let Substance { material, axes } = substance;
+        let absorption = if material.is_conductor() { 0.0 } else { material.absorption(nm) };
+        let (n, k) = (material.index(nm), material.extinction(nm));
+        let medium = Medium { n, k, absorption, crystal: None };
+        if !material.is_crystal() {
+            return medium;
+        }
+        let (indices, absorptions) = (material.indices(nm), material.absorptions(nm));
+        match axes {
+            Some(axes) => {
+                let crystal = Crystal::new(indices, axes.map(|axis| axis.to_array()));
+                Medium { crystal: Some((crystal, absorptions)), ..medium }
+            }
+            // Too weak or too small to split light.
+            None => Medium { n: mean(indices), absorption: mean(absorptions), ..medium },
         }
     }
 
-    /// Every field with its name, in the order of the kernel's structure.
+    /// Every figure of an isotropic medium with its name, in the order of the kernel's structure.
     pub fn figures(&self) -> [(&'static str, f64); Self::FIGURES] {
-        let Medium { n, k, absorption } = *self;
+        let Medium { n, k, absorption, .. } = *self;
         [("n", n), ("k", k), ("absorption", absorption)]
     }
 
@@ -59,4 +73,9 @@ impl Medium {
             dielectric(cos_i, self.n / beyond.n)
         }
     }
+}
+
+/// The mean of the three axes; equal figures come out as they are.
+fn mean([x, y, z]: [f64; 3]) -> f64 {
+    if x == y && y == z { x } else { (x + y + z) / 3.0 }
 }

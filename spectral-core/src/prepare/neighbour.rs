@@ -57,6 +57,7 @@ mod tests {
                 rank: number,
                 convex: true,
                 conductor: false,
+                crystal: false,
                 low,
                 high: low + size,
             }

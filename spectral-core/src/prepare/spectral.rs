@@ -1,13 +1,15 @@
 //! The optics of a scene by wavelength: one table a wavelength grid.
 
-use super::{Medium, geometry::material_indices};
+use super::{
+    Medium,
+    substance::{Substance, substances},
+};
 use crate::{
     Error, Warning,
     cie::Illuminant,
     color::Response,
     environment::Environment,
-    material::Material,
-    scene::{Scene, Stone},
+    scene::Scene,
     settings::RenderSettings,
     upsample::{BASES, Upsampler},
     wavelength::WavelengthGrid,
@@ -24,7 +26,7 @@ pub struct SpectralTable {
     pub response: Vec<[f64; 3]>,
     /// Radiance of the [`Upsampler`]'s bases under the environment's illuminant, its scale included.
     pub basis: Vec<[f64; BASES]>,
-    /// For each distinct material, in order of first use.
+    /// For each distinct material, and for each orientation of a crystal, in order of first use.
     pub media: Vec<Vec<Medium>>,
 }
 
@@ -44,7 +46,7 @@ pub struct Optics {
     pub tables: Vec<SpectralTable>,
     pub(super) warnings: Vec<Warning>,
     grids: Arc<Grids>,
-    materials: Vec<Arc<Material>>,
+    substances: Vec<Substance>,
     illuminant: Illuminant,
     scale: f64,
 }
@@ -56,40 +58,32 @@ impl Optics {
         settings: &RenderSettings,
         before: Option<&Arc<Optics>>,
     ) -> Result<Arc<Self>, Error> {
-        let materials = distinct_materials(&scene.stones);
+        let (substances, _) = substances(&scene.stones)?;
         let Environment { illuminant, scale, .. } = &scene.environment;
         let before = before.filter(|before| before.grids.key == Grids::key(settings));
         if let Some(before) = before
-            && (&before.materials, &before.illuminant, before.scale) == (&materials, illuminant, *scale)
+            && (&before.substances, &before.illuminant, before.scale) == (&substances, illuminant, *scale)
         {
             return Ok(before.clone());
         }
         let mut warnings = Vec::new();
-        for material in &materials {
-            warnings.extend(material.check(settings.wavelengths.range())?);
+        for (k, Substance { material, .. }) in substances.iter().enumerate() {
+            if !substances[..k].iter().any(|other| other.material == *material) {
+                warnings.extend(material.check(settings.wavelengths.range())?);
+            }
         }
         let grids = before.map_or_else(|| Grids::new(settings).map(Arc::new), |b| Ok(b.grids.clone()))?;
         warnings.extend(grids.warning());
-        let tables = grids.grids.iter().map(|grid| SpectralTable::new(grid, scene, &materials)).collect();
+        let tables = grids.grids.iter().map(|grid| SpectralTable::new(grid, scene, &substances)).collect();
         Ok(Arc::new(Optics {
             tables,
             warnings,
             grids,
-            materials,
+            substances,
             illuminant: illuminant.clone(),
             scale: *scale,
         }))
     }
-}
-
-fn distinct_materials(stones: &[Stone]) -> Vec<Arc<Material>> {
-    let mut materials = Vec::new();
-    for (stone, index) in stones.iter().zip(material_indices(stones)) {
-        if index as usize == materials.len() {
-            materials.push(stone.material.clone());
-        }
-    }
-    materials
 }
 
 /// The samples' wavelength grids with the colours that they carry. This is what takes time; it depends on the settings
@@ -151,7 +145,7 @@ impl Grids {
 }
 
 impl SpectralTable {
-    fn new(grid: &Grid, scene: &Scene, materials: &[Arc<Material>]) -> Self {
+    fn new(grid: &Grid, scene: &Scene, substances: &[Substance]) -> Self {
         let lit = grid.upsampler.clone().with_illuminant(&scene.environment.illuminant);
         let scale = scene.environment.scale;
         let wavelengths = grid.wavelengths.nm().to_vec();
@@ -159,7 +153,7 @@ impl SpectralTable {
             .map(|i| std::array::from_fn(|base| lit.basis()[base][i] * scale))
             .collect();
         let media =
-            materials.iter().map(|m| wavelengths.iter().map(|&nm| Medium::new(m, nm)).collect()).collect();
+            substances.iter().map(|s| wavelengths.iter().map(|&nm| Medium::new(s, nm)).collect()).collect();
         SpectralTable { response: grid.response.xyz().to_vec(), basis, media, wavelengths }
     }
 }

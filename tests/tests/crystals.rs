@@ -1,0 +1,171 @@
+//! Crystals in the reference tracer: an independent program's pictures, energy, the isotropic limit, and what other backends
+//! say.
+
+use gemtrace::scene_file::{LoadedScene, load};
+use gemtrace_tests::prelude::*;
+use spectral_core::{
+    absorption::Absorption,
+    cie::Illuminant,
+    dispersion::Dispersion,
+    film::{PixelSample, Tile, TileSums},
+    material::{Axis, Kind, Material},
+    scene::Orientation,
+};
+use std::path::Path;
+
+/// A crystal of these indices: one is isotropic, two are o and e, three are x, y and z.
+fn crystal(indices: &[f64]) -> Material {
+    let axis = |&n: &f64| Axis { dispersion: Dispersion::Constant(n), absorption: Absorption::default() };
+    Material { axes: indices[1..].iter().map(axis).collect(), ..glass(indices[0]) }
+}
+
+fn lying(stone: Stone, z: [f64; 3]) -> Stone {
+    let z = DVec3::from(z);
+    let axes = [z.any_orthogonal_vector(), z.cross(z.any_orthogonal_vector())];
+    Stone { orientation: Some(Orientation::Axes(axes)), ..stone }
+}
+
+/// A scene of the reference, its kept pixels and their radiances.
+type Kept = (LoadedScene, Vec<([u32; 2], Vec<f64>)>);
+
+fn reference(name: &str) -> Kept {
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("data/crystals");
+    let scene = load(&data.join(format!("{name}.toml"))).expect("the reference's scene");
+    let text = std::fs::read_to_string(data.join(format!("{name}.txt"))).expect("the reference's picture");
+    let numbers = |line: &str| line.split(' ').map(|word| word.parse().expect("a number")).collect();
+    let pixel = |line: &str| {
+        let row: Vec<f64> = numbers(line);
+        ([row[0] as u32, row[1] as u32], row[2..].to_vec())
+    };
+    (scene, text.lines().skip(1).map(pixel).collect())
+}
+
+/// A film in which all pixels but some count as done.
+fn film_of(scene: &PreparedScene, pixels: &[([u32; 2], Vec<f64>)]) -> Film {
+    let mut film = Film::new(scene);
+    let wanted = |x, y| pixels.iter().any(|(at, _)| *at == [x, y]);
+    for (x, y) in (0..scene.height).flat_map(|y| (0..scene.width).map(move |x| (x, y))) {
+        if !wanted(x, y) {
+            let tile = Tile { x, y, width: 1, height: 1 };
+            let radiance = vec![0.0; scene.wavelength_count()];
+            film.add(&TileSums { tile, samples: vec![PixelSample::default()], radiance }).expect("room");
+        }
+    }
+    film
+}
+
+/// The kept pixels by the reference tracer against the independent program's.
+fn difference(change: impl FnOnce(&mut Scene), name: &str) -> Difference {
+    let (LoadedScene { mut scene, settings, .. }, pixels) = reference(name);
+    // Texel 1 is radiance 1.
+    scene.environment.illuminant = Illuminant::E;
+    change(&mut scene);
+    let scene = prepared(&scene, &settings);
+    let mut film = film_of(&scene, &pixels);
+    trace(open(&REFERENCE, &scene, &OpenOptions::default()).as_mut(), 0..1, &mut film);
+    let pairs = pixels.iter().flat_map(|([x, y], expected)| {
+        let found: Vec<f64> = film.radiance(*x, *y).into_iter().map(f64::from).collect();
+        expected.clone().into_iter().zip(found)
+    });
+    Difference::of(pairs)
+}
+
+#[test]
+fn an_independent_programs_pictures() {
+    for name in ["zircon", "tourmaline"] {
+        let difference = difference(|_| (), name);
+        println!("{name}: {difference}");
+        assert!(difference.median < 1e-4 && difference.over_1_percent < 5e-3, "{name}: {difference}");
+    }
+}
+
+/// What is wrong, and how a scene gets it.
+type Fault<'a> = (&'a str, &'a dyn Fn(&mut Scene));
+
+/// Faults that must show: o and e exchanged, the axis turned by 1°, the absorption of the wrong axis.
+#[test]
+fn faults_show() {
+    let edit = |scene: &mut Scene, change: fn(&mut Material)| {
+        let mut material = (*scene.stones[0].material).clone();
+        change(&mut material);
+        scene.stones[0].material = Arc::new(material);
+    };
+    let faults: [Fault; 3] = [
+        ("o and e exchanged", &|scene| {
+            edit(scene, |material| {
+                let Kind::Dielectric { dispersion, .. } = &mut material.kind else { return };
+                std::mem::swap(dispersion, &mut material.axes[0].dispersion);
+            });
+        }),
+        ("axis turned by 1°", &|scene| {
+            if let Some(Orientation::OpticAxis(axis)) = &mut scene.stones[0].orientation {
+                *axis += axis.length() * 1_f64.to_radians() * axis.any_orthonormal_vector();
+            }
+        }),
+        ("absorption exchanged", &|scene| {
+            edit(scene, |material| {
+                let Kind::Dielectric { absorption, .. } = &mut material.kind else { return };
+                std::mem::swap(absorption, &mut material.axes[0].absorption);
+            });
+        }),
+    ];
+    for (fault, change) in faults {
+        let difference = difference(change, "tourmaline");
+        println!("{fault}: {difference}");
+        assert!(difference.median > 1e-4 || difference.over_1_percent > 5e-3, "{fault}: {difference}");
+    }
+}
+
+/// Lossless crystals in uniform light are invisible: every pixel is 1, with folding.
+#[test]
+fn furnace_of_crystals() {
+    let kinds: [(&[f64], [f64; 3]); 4] = [
+        (&[1.925, 1.984], [0.5, 0.3, 0.8]),
+        (&[1.65835, 1.48640], [1.0, 0.2, 0.1]),
+        (&[1.654, 1.671, 1.689], [0.3, -0.7, 0.6]),
+        (&[1.5, 1.9, 2.4], [0.0, 1.0, 1.0]),
+    ];
+    for (indices, axis) in kinds {
+        let stone = lying(gem("round-brilliant", crystal(indices)), axis);
+        let inclusion = lying(stone.clone(), [1.0, 0.0, 0.0]);
+        let inclusion = Stone { width: Some(1.0), position: DVec3::new(0.4, 0.2, -0.6), ..inclusion };
+        for stones in [vec![stone.clone()], vec![stone, inclusion]] {
+            let scene = scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), 6, furnace(), stones);
+            let settings =
+                RenderSettings { max_depth: 400, threshold: 1e-9, split: 0.3, ..settings(&[550.0]) };
+            let picture = render(&REFERENCE, &scene, &settings);
+            let error = picture.first_line().iter().map(|v| (v - 1.0).abs()).fold(0.0, f64::max);
+            println!("{indices:?}: {error:.1e}, {} rays", picture.report.rays);
+            // The film is in single precision.
+            assert!(error < 2e-7, "{indices:?}: {error}");
+        }
+    }
+}
+
+/// A crystal that splits hardly any light shows the isotropic stone's picture; with equal indices it is this picture.
+#[test]
+fn the_isotropic_limit() {
+    let picture = |material: Material| {
+        let stone = lying(gem("round-brilliant", material), [0.4, 0.1, 0.8]);
+        let scene = scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), 24, studio(), vec![stone]);
+        let settings = RenderSettings { threshold: 1e-3, split: 0.05, ..settings(&[550.0]) };
+        render(&REFERENCE, &scene, &settings)
+    };
+    let isotropic = picture(glass(1.7));
+    assert_eq!(picture(crystal(&[1.7, 1.7])).bits(), isotropic.bits());
+    let mean = |picture: &Picture| picture.first_line().iter().sum::<f64>() / 576.0;
+    // 6.5 mm × 2e-5 is a quarter of a wavelength: still two modes, hardly any other way.
+    let weak = picture(crystal(&[1.7, 1.70002]));
+    close(mean(&weak) / mean(&isotropic), 1.0, 5e-3, "mean");
+    assert_ne!(weak.bits(), isotropic.bits());
+}
+
+#[test]
+fn other_backends_refuse_crystals() {
+    let scene =
+        scene(eye(DVec3::new(5.0, -13.0, 17.0), 24.0), 4, furnace(), vec![gem("step", crystal(&[1.6, 1.7]))]);
+    let scene = prepared(&scene, &settings(&[550.0]));
+    let device = &(CPU.devices)()[0];
+    let refused = CPU.tracer(device, scene, &OpenOptions::default()).err().expect("a refusal").to_string();
+    assert!(refused.contains("double refraction") && refused.contains("--backend reference"), "{refused}");
+}
