@@ -119,7 +119,7 @@ pub fn with_speck(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     let host = scene.stones[0].placed().expect("a placeable stone");
     let (low, high) = host.bounds();
-    let size = 1e-2 * (high - low).min_element();
+    let size = 1e-2 * (high - low);
     let centre = host.positions().iter().sum::<DVec3>() / host.positions().len() as f64;
     let speck = solid::cuboid(centre - size, centre + size * DVec3::new(1.0, 1.1, 1.2));
     scene.stones.push(Stone::new("speck", speck, scene.stones[0].material.clone()));
