@@ -74,6 +74,8 @@ pub struct Scene {
     pub across: [f32; 4],
     /// A pixel.
     pub along: [f32; 4],
+    /// The eye, mm, local, and 1; 0 in the last place where rays are parallel.
+    pub eye: [f32; 4],
 }
 
 /// A facet plane (`surface.wgsl`).

@@ -47,7 +47,11 @@ fn prime_approach(middle: vec3<f32>, direction: vec3<f32>, begin: f32) -> Approa
     if half2 < 0.0 || half - ahead < begin || scene.reach == 0.0 {
         return Approach(false, middle, 0u);
     }
-    let origin = middle + direction * max(-ahead - half, begin);
+    var origin = middle + direction * max(-ahead - half, begin);
+    if scene.eye.w > 0.0 && begin >= -ahead - half {
+        // Among the stones all rays begin at the same point, which may be very near a surface.
+        origin = scene.eye.xyz;
+    }
     if scene.facets > 0u {
         return prime_enter(origin, direction);
     }

@@ -104,6 +104,7 @@ fn camera(scene: &PreparedScene, block: Scene) -> Scene {
         forward: vector(frame.forward),
         across: vector(frame.across),
         along: vector(frame.along),
+        eye: scene.view.eye().map_or([0.0; 4], |eye| eye.as_vec3().extend(1.0).to_array()),
         ..block
     }
 }

@@ -55,6 +55,8 @@ struct Scene {
     forward: vec3<f32>,
     across: vec3<f32>,
     along: vec3<f32>,
+    // The eye, and 1; 0 in the last place where rays are parallel.
+    eye: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> scene: Scene;
