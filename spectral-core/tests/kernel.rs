@@ -174,7 +174,8 @@ fn structures_have_the_layout_of_their_counterparts() {
                 down,
                 forward,
                 across,
-                along
+                along,
+                eye
             }
         );
         same_layout!(&trace, Plane { normal, offset, rank });
