@@ -9,11 +9,11 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How long the work may take to hear that it is to stop.
+/// How long the work may take to look at a request to stop.
 const PATIENCE: Duration = Duration::from_millis(600);
 
 fn main() -> ExitCode {
-    quieten_decoders();
+    silence_decoders();
     let cli = match commands::Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => {
@@ -29,14 +29,14 @@ fn main() -> ExitCode {
         eprintln!("warning: Ctrl-C will lose the picture ({error})");
     }
     #[cfg(unix)]
-    if let Err(error) = outlive_full_quotas() {
+    if let Err(error) = ignore_size_signal() {
         eprintln!("warning: a file that grows too large will end the program ({error})");
     }
     ExitCode::from(commands::main(&cli, &mut std::io::stdout().lock(), &mut std::io::stderr(), &interrupt))
 }
 
-/// What a decoder panics about is told as an error.
-fn quieten_decoders() {
+/// A panic of a decoder becomes an error with a message; nothing else is printed about it.
+fn silence_decoders() {
     let tell = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
         if !import::is_decoding() {
@@ -45,8 +45,8 @@ fn quieten_decoders() {
     }));
 }
 
-/// Ctrl-C, or a scheduler's wish. Work that heeds it saves what is finished; where nothing does, or too late, there is
-/// nothing to save, and the process ends. A second wish is granted at once.
+/// Ctrl-C, or SIGTERM from a scheduler. Work that looks at the request saves what is finished. Where none looks in time,
+/// nothing is saved and the process ends. A second request ends it at once.
 fn stop(interrupt: &Arc<Interrupt>) {
     if !interrupt.request() {
         end();
@@ -71,7 +71,7 @@ fn end() -> ! {
 
 /// A file that outgrows its limit is then an error of the write, like a full disk, and not the end of the process.
 #[cfg(unix)]
-fn outlive_full_quotas() -> std::io::Result<()> {
+fn ignore_size_signal() -> std::io::Result<()> {
     let exceeded = Arc::default();
     signal_hook::flag::register(signal_hook::consts::SIGXFSZ, exceeded).map(drop)
 }

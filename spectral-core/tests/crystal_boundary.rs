@@ -7,16 +7,12 @@ use spectral_core::fresnel::{Fresnel, conductor, dielectric};
 use spectral_core::stokes::{StokesRow, align};
 
 mod support;
-use support::Random;
+use support::{Random, near, orientation};
 
 type V = [f64; 3];
 
 const CALCITE: [f64; 2] = [1.65835, 1.48640];
 const UP: V = [0.0, 0.0, 1.0];
-
-fn near(actual: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!((actual - expected).abs() <= tolerance, "{what}: {actual} instead of {expected}");
-}
 
 /// From air onto calcite in the plane y = 0: |s→s|², |s→p|², |p→s|², |p→p|², and the extraordinary ray.
 fn from_air(axis: V, degrees: f64) -> ([f64; 4], V) {
@@ -84,12 +80,6 @@ fn principal_orientations() {
 const UNIAXIAL: [[f64; 2]; 4] = [CALCITE, [1.925, 1.984], [1.5442, 1.5533], [2.6, 2.9]];
 const BIAXIAL: [[f64; 3]; 4] =
     [[1.654, 1.671, 1.689], [1.61, 1.6103, 1.62], [1.5, 1.9, 2.4], [1.7, 1.70001, 1.700015]];
-
-fn orientation(random: &mut Random) -> [V; 3] {
-    let z = random.direction();
-    let x = z.cross(random.direction()).normalize();
-    [x, z.cross(x), z].map(|axis| axis.to_array())
-}
 
 fn crystal(random: &mut Random) -> Crystal {
     let axes = orientation(random);

@@ -5,25 +5,15 @@ use spectral_core::color::matrix::{cross, dot};
 use spectral_core::crystal::{Crystal, Incidence, Wave};
 
 mod support;
-use support::Random;
+use support::{Random, near, orientation};
 
 type V = [f64; 3];
 
 const UP: V = [0.0, 0.0, 1.0];
 const AXES: [V; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], UP];
 
-fn near(actual: f64, expected: f64, tolerance: f64, what: &str) {
-    assert!((actual - expected).abs() <= tolerance, "{what}: {actual} instead of {expected}");
-}
-
 fn real(v: [Complex64; 3]) -> V {
     v.map(|x| x.re)
-}
-
-fn orientation(random: &mut Random) -> [V; 3] {
-    let z = random.direction();
-    let x = z.cross(random.direction()).normalize();
-    [x, z.cross(x), z].map(|axis| axis.to_array())
 }
 
 fn crystal(random: &mut Random) -> Crystal {

@@ -101,3 +101,15 @@ impl Random {
         DVec3::new(r * cos, r * sin, z)
     }
 }
+
+/// Three perpendicular unit vectors, right-handed.
+pub fn orientation(random: &mut Random) -> [[f64; 3]; 3] {
+    let z = random.direction();
+    let x = z.cross(random.direction()).normalize();
+    [x, z.cross(x), z].map(|axis| axis.to_array())
+}
+
+/// Asserts that two numbers differ by at most `tolerance`.
+pub fn near(actual: f64, expected: f64, tolerance: f64, what: &str) {
+    assert!((actual - expected).abs() <= tolerance, "{what}: {actual} instead of {expected}");
+}
