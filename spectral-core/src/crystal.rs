@@ -62,14 +62,14 @@ mod vector;
 mod wave;
 mod weight;
 
+pub use biaxial::Biaxial;
 pub use boundary::{Incidence, Scattered};
+pub use uniaxial::Uniaxial;
 pub use wave::Wave;
 pub use weight::{from_mode, into_mode, reflected};
 
 use crate::color::matrix::dot;
 use crate::stokes::any_axis;
-use biaxial::Biaxial;
-use uniaxial::Uniaxial;
 use vector::{Real3, real};
 
 /// A crystal at one wavelength, as it is oriented: a real permittivity with three perpendicular axes.
@@ -80,9 +80,12 @@ pub struct Crystal {
     form: Form,
 }
 
+/// A crystal by its kind, with what its waves are computed from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Form {
+pub enum Form {
+    /// Two indices are equal.
     Uniaxial(Uniaxial),
+    /// All three differ.
     Biaxial(Biaxial),
 }
 
@@ -117,6 +120,11 @@ impl Crystal {
     /// The index along each axis.
     pub fn indices(&self) -> [f64; 3] {
         self.index
+    }
+
+    /// Uniaxial or biaxial.
+    pub fn form(&self) -> &Form {
+        &self.form
     }
 
     /// The axes.

@@ -11,17 +11,17 @@ use num_complex::Complex64;
 
 /// A biaxial crystal at one wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Biaxial {
+pub struct Biaxial {
     /// ε along each axis of the crystal.
-    permittivity: [f64; 3],
+    pub permittivity: [f64; 3],
     /// The axes of the crystal, unit.
-    axes: [Real3; 3],
+    pub axes: [Real3; 3],
     /// The optic axes, unit.
-    optic: [Real3; 2],
+    pub optic: [Real3; 2],
     /// A and B = ½(1/n_α² ± 1/n_γ²).
-    sheet: [f64; 2],
+    pub sheet: [f64; 2],
     /// n_β²: along the optic axes both sheets have this index.
-    middle: f64,
+    pub middle: f64,
 }
 
 /// One of the two sheets of the index surface.
@@ -44,7 +44,7 @@ const MOST_STEPS: u32 = 24;
 
 impl Biaxial {
     /// `index` along each of the `axes`, in any order.
-    pub fn new(index: [f64; 3], axes: [Real3; 3]) -> Self {
+    pub(super) fn new(index: [f64; 3], axes: [Real3; 3]) -> Self {
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| index[a].total_cmp(&index[b]));
         let [low, middle, high] = order.map(|i| index[i]);

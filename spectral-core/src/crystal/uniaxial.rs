@@ -8,7 +8,7 @@ use num_complex::Complex64;
 
 /// A uniaxial crystal at one wavelength: ε = ε_o + Δ ccᵀ.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Uniaxial {
+pub struct Uniaxial {
     /// ε_o = n_o².
     pub ordinary: f64,
     /// Δ = ε_e − ε_o, as a product: the difference of rounded squares would have lost digits.
@@ -18,7 +18,7 @@ pub(super) struct Uniaxial {
 }
 
 impl Uniaxial {
-    pub fn new([o, e]: [f64; 2], axis: Real3) -> Self {
+    pub(super) fn new([o, e]: [f64; 2], axis: Real3) -> Self {
         Uniaxial { ordinary: o * o, difference: (e - o) * (e + o), axis }
     }
 
