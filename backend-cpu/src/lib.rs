@@ -14,6 +14,7 @@ mod account;
 mod basis;
 mod block;
 mod chain;
+mod crystal;
 mod entry;
 mod environment;
 mod incidence;

@@ -2,6 +2,7 @@
 //! `spectral_core::prepare::Medium`.
 
 use crate::{
+    crystal::Crystal,
     incidence::{Incidence, Reflection},
     throughput::Throughput,
 };
@@ -23,6 +24,8 @@ pub(crate) struct Medium {
     absorbs: bool,
     /// Whether light ends at its surface or is reflected there.
     pub opaque: bool,
+    /// Of a crystal its modes; the rest is then that of its first axis.
+    pub crystal: Option<Box<Crystal>>,
 }
 
 impl Medium {
@@ -52,7 +55,18 @@ impl Medium {
             opaque: k.0.iter().any(|k| *k > 0.0),
             k,
             absorption,
+            crystal: Crystal::new(lane),
         }
+    }
+
+    /// The index of refraction.
+    pub fn refractive(&self) -> &Row {
+        &self.index[0]
+    }
+
+    /// n and k of a lane.
+    pub fn complex(&self, lane: usize) -> [f64; 2] {
+        [&self.index[0], &self.k].map(|row| f64::from(row.0[lane]))
     }
 
     /// Leaves of a throughput what is not absorbed over `distance`, mm.

@@ -69,15 +69,15 @@ impl<V: Lanes> Throughput<V> for Mean<V> {
 /// A Stokes row and the first axis of its frame.
 #[derive(Clone, Copy)]
 pub(crate) struct Polarized<V> {
-    row: [V; 4],
-    axis: Triple<V>,
+    pub row: [V; 4],
+    pub axis: Triple<V>,
 }
 
 impl<V: Lanes> Polarized<V> {
     /// In the frame of the plane of incidence, whose axis is e_s: `spectral_core::stokes::align`. One division
     /// serves the angle and, by its root, the axis.
     #[inline(always)]
-    fn aligned(self, direction: Triple<V>, normal: Triple<V>) -> Self {
+    pub fn aligned(self, direction: Triple<V>, normal: Triple<V>) -> Self {
         let [i, q, u, v] = self.row;
         let s = direction.cross(normal);
         let cos = s.dot(self.axis);

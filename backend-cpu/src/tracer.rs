@@ -47,7 +47,6 @@ fn open_in(
     // The hierarchy over the last geometry that needed one.
     let mut last: Option<(Arc<Geometry>, Arc<Surfaces>)> = None;
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
-        scene.refuse_crystals("cpu")?;
         let start = Instant::now();
         let path = match Chain::new(&scene, instructions) {
             Some(chain) => Path::Chain(chain),

@@ -1,5 +1,6 @@
 //! Any scene: several stones, nested and touching, non-convex, metals. A path is a tree.
 
+mod carrier;
 mod packet;
 
 use crate::{
@@ -9,10 +10,11 @@ use crate::{
     planes::Planes,
     schedule::{Finished, Stop, TileTracer},
     surface::{Crossing, Surfaces},
-    throughput::{Mean, Polarized, Throughput},
+    throughput::{Mean, Polarized},
 };
 use accel::lanes::Lanes;
 use accel::{Instructions, Task};
+use carrier::{Carrier, Mixed};
 use glam::Vec3;
 use packet::Walk;
 use spectral_core::{
@@ -36,6 +38,13 @@ pub(crate) struct Tree {
     max_depth: u32,
     threshold: f32,
     leftover: Leftover,
+    /// A mode lighter than this gives its weight to its sibling.
+    split: f32,
+    polarized: bool,
+    /// Whether any stone is a crystal.
+    crystals: bool,
+    /// The stones that the eye is in.
+    eye_nest: Nest,
     instructions: Instructions,
 }
 
@@ -74,7 +83,7 @@ const FEW: usize = 16;
 
 impl Tree {
     pub fn new(scene: &PreparedScene, surfaces: Arc<Surfaces>, instructions: Instructions) -> Self {
-        let RenderSettings { max_depth, threshold, leftover, .. } = scene.settings;
+        let RenderSettings { max_depth, threshold, leftover, split, polarized, .. } = scene.settings;
         let geometry = &scene.geometry;
         let by_rank = || (0..geometry.stones.len()).map(|rank| geometry.stone(rank as Rank));
         let lone = alone(geometry);
@@ -84,8 +93,19 @@ impl Tree {
         let alone = geometry.stone_of_rank.iter().map(planes).collect();
         let few = geometry.stones.len() <= FEW;
         let spheres = if few { by_rank().map(sphere).collect() } else { Vec::new() };
-        let threshold = threshold as f32;
-        Tree { surfaces, alone, spheres, max_depth, threshold, leftover, instructions }
+        Tree {
+            surfaces,
+            alone,
+            spheres,
+            max_depth,
+            threshold: threshold as f32,
+            leftover,
+            split: split as f32,
+            polarized,
+            crystals: geometry.stones.iter().any(|stone| stone.crystal),
+            eye_nest: scene.eye_nest,
+            instructions,
+        }
     }
 
     /// The planes of the stone that rays with this nest are in, if nothing else can be met there.
@@ -169,7 +189,9 @@ impl Task for Paths<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> bool {
-        if self.tracer.scene.settings.polarized {
+        if self.tracer.tree.crystals {
+            self.follow::<V, Mixed<V>>()
+        } else if self.tracer.tree.polarized {
             self.follow::<V, Polarized<V>>()
         } else {
             self.follow::<V, Mean<V>>()
@@ -180,7 +202,7 @@ impl Task for Paths<'_> {
 impl Paths<'_> {
     /// Follows all paths; false if broken off.
     #[inline(always)]
-    fn follow<V: Lanes, T: Throughput<V>>(self) -> bool {
+    fn follow<V: Lanes, T: Carrier<V>>(self) -> bool {
         let TreeTracer { tree, scene, light } = self.tracer;
         let behind = scene.background != Background::Transparent;
         let lines = scene.wavelength_count() * self.samples;

@@ -6,7 +6,7 @@
 //! its packet, so its sum does not depend on how packets are put together. (With the weaker ray first, as in the GPU
 //! kernels, the order would depend on the other wavelengths.)
 
-use super::{Arrival, Tree};
+use super::{Arrival, Tree, carrier::Carrier};
 use crate::{
     account::{Account, Fate},
     block::Block,
@@ -14,7 +14,6 @@ use crate::{
     medium::{Interface, Medium},
     schedule::Stop,
     surface::Crossing,
-    throughput::Throughput,
 };
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, put};
 use accel::packet::Pending;
@@ -26,33 +25,33 @@ use spectral_core::{
 
 /// Wavelengths on the same way through the same media.
 #[derive(Clone, Copy)]
-struct Packet<V, T> {
-    origin: Triple<V>,
-    direction: Triple<V>,
-    throughput: T,
-    lanes: u16,
+pub(super) struct Packet<V, T> {
+    pub origin: Triple<V>,
+    pub direction: Triple<V>,
+    pub throughput: T,
+    pub lanes: u16,
     /// The stones they are in.
-    nest: Nest,
+    pub nest: Nest,
     /// Surface events so far.
-    depth: u32,
+    pub depth: u32,
     /// The stone apart from all others that they have just left.
-    left: Option<Rank>,
+    pub left: Option<Rank>,
 }
 
 /// Where some wavelengths of a packet meet the same interface.
-struct Event<V> {
-    lanes: u16,
-    point: Triple<V>,
+pub(super) struct Event<V> {
+    pub lanes: u16,
+    pub point: Triple<V>,
     /// Unit normal on the far side.
-    normal: Triple<V>,
-    distance: V,
-    before: Nest,
-    after: Nest,
+    pub normal: Triple<V>,
+    pub distance: V,
+    pub before: Nest,
+    pub after: Nest,
 }
 
 /// The walk through the trees of one block's wavelengths after another.
 pub(super) struct Walk<'a, V, T> {
-    tree: &'a Tree,
+    pub tree: &'a Tree,
     light: &'a Light,
     account: &'a mut Account,
     stop: &'a Stop<'a>,
@@ -72,7 +71,7 @@ struct Arrive<'b, 'a, V, T> {
     sum: &'b mut V,
 }
 
-impl<V: Lanes, T: Throughput<V>> Work for Arrive<'_, '_, V, T> {
+impl<V: Lanes, T: Carrier<V>> Work for Arrive<'_, '_, V, T> {
     type Output = ();
 
     #[inline(always)]
@@ -81,7 +80,7 @@ impl<V: Lanes, T: Throughput<V>> Work for Arrive<'_, '_, V, T> {
     }
 }
 
-impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
+impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
     #[inline(always)]
     pub fn new(tree: &'a Tree, light: &'a Light, account: &'a mut Account, stop: &'a Stop<'a>) -> Self {
         Walk {
@@ -121,16 +120,21 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
         if lanes == 0 {
             return sum;
         }
-        let packet = Packet {
-            origin: Triple::load(origin),
-            direction: Triple::load(direction),
-            throughput: T::eye(Triple::load(axis)),
-            lanes,
-            nest: Nest::default(),
-            depth: 0,
-            left: None,
-        };
-        self.part(block, &packet, &crossings, &mut sum);
+        let within = self.medium(block, self.tree.eye_nest);
+        for throughput in
+            T::begin(Triple::load(axis), direction, within, self.tree.polarized).into_iter().flatten()
+        {
+            let packet = Packet {
+                origin: Triple::load(origin),
+                direction: Triple::load(direction),
+                throughput,
+                lanes,
+                nest: Nest::default(),
+                depth: 0,
+                left: None,
+            };
+            self.part(block, &packet, &crossings, &mut sum);
+        }
         while let Some(packet) = self.stack.pop() {
             // A tree can be very large: a cancel does not wait for the end of the pixel.
             if (self.stop)() {
@@ -237,7 +241,7 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
         self.account.count(u64::from(lanes.count_ones()));
         let mut packet = *packet;
         if let Some(here) = media.here {
-            here.fade(&mut packet.throughput, event.distance);
+            packet.throughput.fade(here, packet.direction, event.distance);
             // Inside a metal nothing travels.
             if here.opaque {
                 return;
@@ -250,7 +254,9 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
         if before.is_empty() {
             lanes = self.surviving(lanes, packet.throughput.intensity());
         }
-        self.send_on(&packet, event, lanes, &media);
+        if !T::send_on_at_crystal(self, &packet, event, lanes, &media) {
+            self.send_on(&packet, event, lanes, &media);
+        }
     }
 
     /// Stacks the rays that an event sends on: what a metal reflects, or at an isotropic interface the reflected and the
@@ -281,7 +287,7 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
 
     /// Stacks a packet without the lanes that carry nothing and, inside a stone, without those below the threshold.
     #[inline(always)]
-    fn push(&mut self, mut packet: Packet<V, T>) {
+    pub fn push(&mut self, mut packet: Packet<V, T>) {
         let intensity = packet.throughput.intensity();
         packet.lanes &= V::splat(0.0).lt(intensity).bits();
         if !packet.nest.is_empty() {
@@ -322,7 +328,7 @@ impl<'a, V: Lanes, T: Throughput<V>> Walk<'a, V, T> {
             // A metal lets nothing through: the rest leaves as the metal reflects it.
             throughput = throughput.mirrored(direction, event.normal, &media.metal(cosine));
             direction = event.normal.fnma(cosine + cosine, direction).renormalized();
-        } else if media.here.is_some() {
+        } else if media.here.is_some() && !throughput.is_mode() {
             let at = Interface { here: media.here, beyond: None }.incidence(cosine);
             let out = at.refracted(direction, event.normal);
             direction = Triple::select(at.total, direction, out);

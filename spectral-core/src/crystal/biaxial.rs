@@ -44,7 +44,7 @@ const MOST_STEPS: u32 = 24;
 
 impl Biaxial {
     /// `index` along each of the `axes`, in any order.
-    pub(super) fn new(index: [f64; 3], axes: [Real3; 3]) -> Self {
+    pub fn new(index: [f64; 3], axes: [Real3; 3]) -> Self {
         let mut order = [0, 1, 2];
         order.sort_by(|&a, &b| index[a].total_cmp(&index[b]));
         let [low, middle, high] = order.map(|i| index[i]);

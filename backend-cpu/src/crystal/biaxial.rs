@@ -1,0 +1,190 @@
+//! Waves in a biaxial crystal, sheet by sheet of its index surface: the twin of the core's.
+
+use super::{Mode, Wave, single};
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use spectral_core::crystal as core;
+
+/// A biaxial crystal.
+#[derive(Debug, Clone)]
+pub(super) struct Biaxial {
+    axes: [[f32; 3]; 3],
+    /// 1/ε along each axis.
+    inverse: [Row; 3],
+    /// The optic axes.
+    optic: [[Row; 3]; 2],
+    /// A and B = ½(1/n_α² ± 1/n_γ²).
+    sheet: [Row; 2],
+    /// n_β².
+    middle: Row,
+}
+
+/// Newton's method settles within so many steps in single precision, for the strongest crystals.
+const STEPS: usize = 6;
+/// The last step is at most this long; its square is below rounding.
+const SETTLED: f32 = 1e-4;
+/// Below this |a × N| is rounding error.
+const ON_AXIS: f32 = 1e-7;
+/// Below this N·n or the slope of the sheet is left to double precision.
+const GRAZING: f32 = 3e-3;
+
+/// N²(D·E) is D² but for so much of it.
+const ON_SHEET: f32 = 1e-4;
+
+/// What both sheets need of a surface.
+struct Surface<V> {
+    q2: V,
+    axes: [Beside<V>; 2],
+}
+
+/// An optic axis a beside a surface: a·q, a·n, a × q and a × n.
+struct Beside<V> {
+    along_q: V,
+    along_n: V,
+    across_q: Triple<V>,
+    across_n: Triple<V>,
+}
+
+/// At some ζ: a·N and its slope a·n, |a × N|, and (a × N)·(a × n).
+struct Angle<V> {
+    along: V,
+    slope: V,
+    across: V,
+    widens: V,
+}
+
+impl<V: Lanes> Beside<V> {
+    #[inline(always)]
+    fn at(&self, zeta: V) -> Angle<V> {
+        let vector = self.across_n.fma(zeta, self.across_q);
+        Angle {
+            along: self.along_n.fma(zeta, self.along_q),
+            slope: self.along_n,
+            across: vector.dot(vector).sqrt().max(V::splat(ON_AXIS)),
+            widens: vector.dot(self.across_n),
+        }
+    }
+}
+
+impl Biaxial {
+    pub fn new(lanes: &[core::Crystal; WIDTH]) -> Self {
+        let each = lanes.map(|crystal| core::Biaxial::new(crystal.indices(), crystal.axes()));
+        let row = |value: &dyn Fn(&core::Biaxial) -> f64| {
+            Row(std::array::from_fn(|lane| value(&each[lane]) as f32))
+        };
+        Biaxial {
+            axes: lanes[0].axes().map(single),
+            inverse: [0, 1, 2].map(|k| row(&|c| c.permittivity[k].recip())),
+            optic: [0, 1].map(|i| [0, 1, 2].map(|k| row(&|c| c.optic[i][k]))),
+            sheet: [0, 1].map(|i| row(&|c| c.sheet[i])),
+            middle: row(&|c| c.middle),
+        }
+    }
+
+    #[inline(always)]
+    pub fn waves<V: Lanes>(&self, q: Triple<V>, n: Triple<V>, side: f32) -> ([Wave<V>; 2], V::Mask) {
+        let surface = Surface { q2: q.dot(q), axes: [self.beside(0, q, n), self.beside(1, q, n)] };
+        let start = V::load(&self.middle) - surface.q2;
+        let met = V::splat(GRAZING * GRAZING).lt(start);
+        let start = start.max(V::splat(0.0)).sqrt() * V::splat(side);
+        let (fast, fast_met) = self.newton(&surface, start, 1.0, side);
+        let (slow, slow_met) = self.newton(&surface, start, -1.0, side);
+        let (fast, _) = self.wave(0, n.fma(fast, q));
+        let (slow, _) = self.wave(1, n.fma(slow, q));
+        (share_power(fast, slow, n), met & fast_met & slow_met)
+    }
+
+    #[inline(always)]
+    fn beside<V: Lanes>(&self, i: usize, q: Triple<V>, n: Triple<V>) -> Beside<V> {
+        let axis = Triple::load(&self.optic[i]);
+        Beside {
+            along_q: axis.dot(q),
+            along_n: axis.dot(n),
+            across_q: axis.cross(q),
+            across_n: axis.cross(n),
+        }
+    }
+
+    /// ζ on a sheet: the root of G∓(q + ζn) = 1 by Newton's method.
+    #[inline(always)]
+    fn newton<V: Lanes>(&self, surface: &Surface<V>, start: V, sign: f32, side: f32) -> (V, V::Mask) {
+        let (one, sign) = (V::splat(1.0), V::splat(sign));
+        let [a, b] = &self.sheet;
+        let (a, b) = (V::load(a), V::load(b));
+        let Surface { q2, axes: [first, second] } = surface;
+        let (mut zeta, mut step, mut slope) = (start, one, one);
+        // A lane stops by itself, so that its root does not depend on its neighbours.
+        let mut open = V::Mask::from_bits(u16::MAX);
+        for _ in 0..STEPS {
+            let (first, second) = (first.at(zeta), second.at(zeta));
+            let product = first.across * second.across;
+            // (|a₁ × N||a₂ × N|)′, with one division for both.
+            let (squares, other) = (second.across * second.across, first.across * first.across);
+            let widening = first.widens.fma(squares, second.widens * other) / product;
+            let value = b.fma(sign.fma(product, first.along * second.along), a.fma(zeta * zeta, a * *q2));
+            let both = first.slope.fma(second.along, first.along * second.slope);
+            let rises = b.fma(sign.fma(widening, both), (a + a) * zeta);
+            slope = V::select(open, rises, slope);
+            step = V::select(open, (value - one) / rises, step);
+            zeta = V::select(open, zeta - step, zeta);
+            open = open & !step.abs().lt(V::splat(SETTLED));
+            if open.bits() == 0 {
+                break;
+            }
+        }
+        (zeta, !open & V::splat(GRAZING).lt(slope * V::splat(side)))
+    }
+
+    /// u = a × N/|a × N|.
+    #[inline(always)]
+    fn across<V: Lanes>(&self, i: usize, normal: Triple<V>) -> Triple<V> {
+        let vector = Triple::load(&self.optic[i]).cross(normal);
+        let size = vector.dot(vector).sqrt();
+        vector.scaled(V::splat(1.0) / size.max(V::splat(ON_AXIS)))
+    }
+
+    /// D ∥ u₁ ± u₂ with u = a × N/|a × N|, E = ε⁻¹D, H = N × E; and the lanes in which N is on the mode's sheet.
+    ///
+    /// Next to an optic axis a surface can have both its waves from one sheet, and `exact` then calls one of them by the
+    /// other's mode. On the sheet N²(D·E) = D².
+    #[inline(always)]
+    pub fn wave<V: Lanes>(&self, mode: Mode, normal: Triple<V>) -> (Wave<V>, V::Mask) {
+        let sign = V::splat(if mode == 0 { 1.0 } else { -1.0 });
+        let (first, second) = (self.across(0, normal), self.across(1, normal));
+        let (same, other) = (second.fma(sign, first), second.fnma(sign, first));
+        let longer = !same.dot(same).lt(other.dot(other));
+        let displacement = Triple::select(longer, same, normal.cross(other));
+        let part = displacement.dot(normal) / normal.dot(normal);
+        let displacement = normal.fnma(part, displacement);
+        let mut electric = Triple::splat([0.0; 3]);
+        for k in 0..3 {
+            let axis = Triple::splat(self.axes[k]);
+            electric = axis.fma(axis.dot(displacement) * V::load(&self.inverse[k]), electric);
+        }
+        let (square, size) = (displacement.dot(displacement), normal.dot(normal));
+        let off = size.fma(displacement.dot(electric), -square).abs();
+        let wave = Wave { normal, electric, magnetic: normal.cross(electric) };
+        (wave, off.lt(V::splat(ON_SHEET) * square))
+    }
+}
+
+/// Two waves of one surface whose powers add up: near an optic axis rounding has left a common part.
+#[inline(always)]
+fn share_power<V: Lanes>(first: Wave<V>, second: Wave<V>, n: Triple<V>) -> [Wave<V>; 2] {
+    let common = first.electric.cross(second.magnetic).plus(second.electric.cross(first.magnetic)).dot(n);
+    let common = V::splat(0.5) * common;
+    let (one, two) = (first.poynting().dot(n), second.poynting().dot(n));
+    let keep = !one.abs().lt(two.abs());
+    let (to_second, to_first) =
+        (V::select(keep, common / one, V::splat(0.0)), V::select(keep, V::splat(0.0), common / two));
+    [less(first, to_first, &second), less(second, to_second, &first)]
+}
+
+/// A wave less `factor` times another's fields.
+#[inline(always)]
+fn less<V: Lanes>(wave: Wave<V>, factor: V, other: &Wave<V>) -> Wave<V> {
+    Wave {
+        electric: other.electric.fnma(factor, wave.electric),
+        magnetic: other.magnetic.fnma(factor, wave.magnetic),
+        ..wave
+    }
+}

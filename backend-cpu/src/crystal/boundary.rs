@@ -1,0 +1,266 @@
+//! What a surface between a crystal and a transparent isotropic medium does to light: the twin of the core's 2 × 2 boundary
+//! conditions and of its weights, for paths that are followed backwards.
+
+use super::{Crystal, Mode, Wave, exact::Sent, unit};
+use crate::throughput::Polarized;
+use accel::lanes::{Lanes, Mask, Row, Triple};
+
+/// A mode that a surface sends on; of weight 0 where there is none.
+#[derive(Clone, Copy)]
+pub(crate) struct Beam<V> {
+    /// N.
+    pub normal: Triple<V>,
+    /// Unit, along the ray.
+    pub ray: Triple<V>,
+    /// Its throughput.
+    pub weight: V,
+}
+
+/// What a surface sends on.
+#[derive(Clone, Copy)]
+pub(crate) struct Scattered<V> {
+    /// Modes of the crystal that the light is in.
+    pub back: [Beam<V>; 2],
+    /// Modes of the crystal beyond.
+    pub on: [Beam<V>; 2],
+    /// What goes on outside crystals, and where to.
+    pub row: Polarized<V>,
+    pub direction: Triple<V>,
+}
+
+/// Below this share of the incident power's flux a wave is left to double precision.
+const FAINT: f32 = 1e-3;
+
+impl<V: Lanes> Beam<V> {
+    #[inline(always)]
+    fn none() -> Self {
+        let zero = Triple::splat([0.0; 3]);
+        Beam { normal: zero, ray: zero, weight: V::splat(0.0) }
+    }
+
+    /// With some lanes from memory.
+    #[inline(always)]
+    fn replaced(self, lanes: V::Mask, rows: &[Row; Sent::BEAM]) -> Self {
+        let [x, y, z, u, v, w, weight] = rows;
+        Beam {
+            normal: Triple::select(lanes, triple([x, y, z]), self.normal),
+            ray: Triple::select(lanes, triple([u, v, w]), self.ray),
+            weight: V::select(lanes, V::load(weight), self.weight),
+        }
+    }
+}
+
+#[inline(always)]
+fn triple<V: Lanes>([x, y, z]: [&Row; 3]) -> Triple<V> {
+    Triple { x: V::load(x), y: V::load(y), z: V::load(z) }
+}
+
+impl<V: Lanes> Scattered<V> {
+    /// Nothing.
+    #[inline(always)]
+    pub fn none() -> Self {
+        let zero = Triple::splat([0.0; 3]);
+        let row = Polarized { row: [V::splat(0.0); 4], axis: zero };
+        Scattered { back: [Beam::none(); 2], on: [Beam::none(); 2], row, direction: zero }
+    }
+
+    /// With some lanes from memory.
+    #[inline(always)]
+    pub(super) fn replaced(self, lanes: u16, sent: &Sent) -> Self {
+        let lanes = V::Mask::from_bits(lanes);
+        let Scattered { back, on, row, direction } = self;
+        let [i, q, u, v] = &sent.row;
+        let [ri, rq, ru, rv] = row.row;
+        let components = [
+            V::select(lanes, V::load(i), ri),
+            V::select(lanes, V::load(q), rq),
+            V::select(lanes, V::load(u), ru),
+            V::select(lanes, V::load(v), rv),
+        ];
+        Scattered {
+            back: [back[0].replaced(lanes, &sent.beams[0]), back[1].replaced(lanes, &sent.beams[1])],
+            on: [on[0].replaced(lanes, &sent.beams[2]), on[1].replaced(lanes, &sent.beams[3])],
+            row: Polarized {
+                row: components,
+                axis: Triple::select(lanes, Triple::load(&sent.axis), row.axis),
+            },
+            direction: Triple::select(lanes, Triple::load(&sent.direction), direction),
+        }
+    }
+}
+
+/// The tangential axes of a surface: e_s, and u = e_s × n with n along the light's way.
+struct Plane<V> {
+    s: Triple<V>,
+    u: Triple<V>,
+}
+
+impl<V: Lanes> Plane<V> {
+    /// E_u, E_s, H_u and H_s.
+    #[inline(always)]
+    fn fields(&self, wave: &Wave<V>) -> [V; 4] {
+        let Wave { electric, magnetic, .. } = wave;
+        [electric.dot(self.u), electric.dot(self.s), magnetic.dot(self.u), magnetic.dot(self.s)]
+    }
+}
+
+/// A number z that is real or imaginary: √(n_i² − q²).
+struct Root<V> {
+    re: V,
+    im: V,
+}
+
+type Complex<V> = [V; 2];
+
+#[inline(always)]
+fn product<V: Lanes>(a: Complex<V>, b: Complex<V>) -> Complex<V> {
+    [a[1].fnma(b[1], a[0] * b[0]), a[1].fma(b[0], a[0] * b[1])]
+}
+
+/// ad − bc.
+#[inline(always)]
+fn determinant<V: Lanes>(a: Complex<V>, b: Complex<V>, c: Complex<V>, d: Complex<V>) -> Complex<V> {
+    let (left, right) = (product(a, d), product(b, c));
+    [left[0] - right[0], left[1] - right[1]]
+}
+
+#[inline(always)]
+fn norm_sqr<V: Lanes>(a: Complex<V>) -> V {
+    a[0].fma(a[0], a[1] * a[1])
+}
+
+/// From a mode of a crystal of the wave vector N and `weight` into a medium of index `beyond`, and the lanes for which single
+/// precision does.
+#[inline(always)]
+pub(super) fn leave<V: Lanes>(
+    crystal: &Crystal,
+    mode: Mode,
+    (wave_vector, weight): (Triple<V>, V),
+    n: Triple<V>,
+    beyond: V,
+) -> (Scattered<V>, V::Mask) {
+    let (zero, one) = (V::splat(0.0), V::splat(1.0));
+    let (incident, known) = crystal.wave(mode, wave_vector);
+    let q = n.fnma(n.dot(wave_vector), wave_vector);
+    let q2 = q.dot(q);
+    // At normal incidence each plane through the normal is one of incidence.
+    let steep = V::splat(1e-6).lt(q2);
+    let s = unit(n.cross(Triple::select(steep, q, incident.electric)));
+    let plane = Plane { s, u: s.cross(n) };
+    let (back, regular) = crystal.waves(q, n, -1.0);
+    let permittivity = beyond * beyond;
+    let cos2 = permittivity - q2;
+    let (total, size) = (!zero.lt(cos2), cos2.abs().sqrt());
+    let z = Root { re: V::select(total, zero, size), im: V::select(total, size, zero) };
+    let [one_in, one_back, two_back] =
+        [plane.fields(&incident), plane.fields(&back[0]), plane.fields(&back[1])];
+    let (alpha_in, beta_in) = outward(&one_in, &z, permittivity);
+    let (alpha_one, beta_one) = outward(&one_back, &z, permittivity);
+    let (alpha_two, beta_two) = outward(&two_back, &z, permittivity);
+    let divisor = determinant(alpha_one, alpha_two, beta_one, beta_two);
+    let inverse = one / norm_sqr(divisor);
+    let first = determinant(alpha_two, alpha_in, beta_two, beta_in);
+    let second = determinant(alpha_in, alpha_one, beta_in, beta_one);
+    let flux_in = incident.poynting().dot(n);
+    let (ray_one, ray_two) = (back[0].poynting(), back[1].poynting());
+    let (flux_one, flux_two) = (-ray_one.dot(n), -ray_two.dot(n));
+    let share = weight * inverse / flux_in;
+    let (power_one, power_two) = (norm_sqr(first) * share * flux_one, norm_sqr(second) * share * flux_two);
+    // Where light gets out everything is real.
+    let over = one / V::select(total, one, divisor[0]);
+    let (first, second) = (first[0] * over, second[0] * over);
+    let root = (z.re / flux_in).max(zero).sqrt();
+    let b_s = second.fma(two_back[1], first.fma(one_back[1], one_in[1])) * root;
+    let b_p = second.fma(two_back[3], first.fma(one_back[3], one_in[3])) * root / beyond;
+    let (ss, pp) = (b_s * b_s * weight, b_p * b_p * weight);
+    let through = V::select(total, zero, ss + pp);
+    // Rounding leaves 1e-6 of the energy over; no path of a hundred events may gather it.
+    let exact = weight / (power_one + power_two + through);
+    let (difference, cross) = (V::select(total, zero, ss - pp), (b_s + b_s) * b_p * weight);
+    let cross = V::select(total, zero, cross);
+    let row = Polarized { row: [through * exact, difference * exact, cross * exact, zero], axis: s };
+    let direction = n.fma(z.re, q).scaled(one / beyond).renormalized();
+    let beams = [
+        Beam { normal: back[0].normal, ray: unit(ray_one), weight: power_one * exact },
+        Beam { normal: back[1].normal, ray: unit(ray_two), weight: power_two * exact },
+    ];
+    let least = flux_in.min(flux_one).min(flux_two);
+    let served = known & regular & V::splat(FAINT).lt(least);
+    (Scattered { back: beams, row, direction, ..Scattered::none() }, served)
+}
+
+/// α = H_u + zE_s, β = zH_s − n_i²E_u.
+#[inline(always)]
+fn outward<V: Lanes>([eu, es, hu, hs]: &[V; 4], z: &Root<V>, permittivity: V) -> (Complex<V>, Complex<V>) {
+    ([z.re.fma(*es, *hu), z.im * *es], [permittivity.fnma(*eu, z.re * *hs), z.im * *hs])
+}
+
+/// From a medium of index `here` into a crystal; the row's frame lies in the plane of incidence, `direction` is the ray's.
+#[inline(always)]
+pub(super) fn enter<V: Lanes>(
+    crystal: &Crystal,
+    row: Polarized<V>,
+    direction: Triple<V>,
+    n: Triple<V>,
+    here: V,
+) -> (Scattered<V>, V::Mask) {
+    let (zero, one) = (V::splat(0.0), V::splat(1.0));
+    let cosine = n.dot_unfused(direction);
+    let q = n.fnma(cosine, direction).scaled(here);
+    let (permittivity, z) = (here * here, cosine * here);
+    let row = row.aligned(direction, n);
+    let s = unit(n.fnma(n.dot(row.axis), row.axis));
+    let plane = Plane { s, u: s.cross(n) };
+    let (on, regular) = crystal.waves(q, n, 1.0);
+    let (first, second) = (plane.fields(&on[0]), plane.fields(&on[1]));
+    // α = H_u − zE_s, β = zH_s + n_i²E_u.
+    let (a1, a2) = (z.fnma(first[1], first[2]), z.fnma(second[1], second[2]));
+    let b1 = permittivity.fma(first[0], z * first[3]);
+    let b2 = permittivity.fma(second[0], z * second[3]);
+    let inverse = (z + z) / (a1 * b2 - a2 * b1);
+    let t_s = [-(b2 * inverse), b1 * inverse];
+    let inverse = inverse * permittivity;
+    let t_p = [-(a2 * inverse), a1 * inverse];
+    let over = one / here;
+    let back_s = [t_s[0].fma(first[1], t_s[1] * second[1]), t_s[0].fma(first[3], t_s[1] * second[3]) * over];
+    let back_p = [t_p[0].fma(first[1], t_p[1] * second[1]) * over, t_p[0].fma(first[3], t_p[1] * second[3])];
+    // From the incident polarisation to the outgoing one.
+    let jones = [[back_s[0] - one, back_s[1]], [back_p[0], back_p[1] * over * over - one]];
+    let rays = [on[0].poynting(), on[1].poynting()];
+    let flux = [rays[0].dot(n), rays[1].dot(n)];
+    let power = one / z;
+    let weights = [
+        into_mode(&row.row, t_s[0], t_p[0] * over) * flux[0] * power,
+        into_mode(&row.row, t_s[1], t_p[1] * over) * flux[1] * power,
+    ];
+    let [i, q_, u, v] = mirrored(&row.row, &jones);
+    let sum = i + weights[0] + weights[1];
+    let exact = V::select(zero.lt(sum), row.row[0] / sum, zero);
+    let row = Polarized { row: [i * exact, q_ * exact, u * exact, v * exact], axis: row.axis };
+    let mirrored = n.fnma(cosine + cosine, direction).renormalized();
+    let beams = [
+        Beam { normal: on[0].normal, ray: unit(rays[0]), weight: weights[0] * exact },
+        Beam { normal: on[1].normal, ray: unit(rays[1]), weight: weights[1] * exact },
+    ];
+    let served = regular & V::splat(FAINT).lt(z.min(flux[0]).min(flux[1]));
+    (Scattered { on: beams, row, direction: mirrored, ..Scattered::none() }, served)
+}
+
+/// ½ row · the Stokes column of real amplitudes a_s and a_p.
+#[inline(always)]
+fn into_mode<V: Lanes>([i, q, u, _]: &[V; 4], s: V, p: V) -> V {
+    let (ss, pp, sp) = (s * s, p * p, s * p);
+    V::splat(0.5) * i.fma(ss + pp, q.fma(ss - pp, *u * (sp + sp)))
+}
+
+/// Row · the Mueller matrix of a real Jones matrix: `spectral_core::crystal::reflected`.
+#[inline(always)]
+fn mirrored<V: Lanes>([i, q, u, v]: &[V; 4], [[ss, sp], [ps, pp]]: &[[V; 2]; 2]) -> [V; 4] {
+    let (up, down) = (*i + *q, *i - *q);
+    let s = (*ss * *ss).fma(up, (*ps * *ps).fma(down, (*ss + *ss) * *ps * *u));
+    let p = (*sp * *sp).fma(up, (*pp * *pp).fma(down, (*sp + *sp) * *pp * *u));
+    let half = V::splat(0.5);
+    let same = (*ss * *sp).fma(up, *ps * *pp * down);
+    let (with, against) = (*ss * *pp, *ps * *sp);
+    [half * (s + p), half * (s - p), (with + against).fma(*u, same), (with - against) * *v]
+}
