@@ -34,7 +34,7 @@ pub(crate) struct Crystal {
 
 #[derive(Debug, Clone)]
 enum Kind {
-    Uniaxial(Uniaxial),
+    Uniaxial(Box<Uniaxial>),
     Biaxial(Box<Biaxial>),
 }
 
@@ -88,7 +88,7 @@ impl Crystal {
         // Where indices cross, a crystal is uniaxial at single wavelengths; its axis is then no longer one for all.
         let same = uniaxial.len() == WIDTH && uniaxial.iter().all(|other| other.axis == uniaxial[0].axis);
         let form = if same {
-            Kind::Uniaxial(Uniaxial::new(&uniaxial))
+            Kind::Uniaxial(Box::new(Uniaxial::new(&uniaxial)))
         } else {
             Kind::Biaxial(Box::new(Biaxial::new(&exact)))
         };
