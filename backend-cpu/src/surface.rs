@@ -3,7 +3,8 @@
 //! A ray knows the stones it is in ([`Nest`]). It can only enter a stone it is outside of and leave one it is inside of;
 //! other candidates, such as the surface it starts on or a touching stone's face, are ignored. What remains of
 //! self-intersection is handled by an error bound, not by an offset: rounding puts the start at most
-//! [`Rounding::margin`] beyond a plane, so hits up to that far behind the start count.
+//! [`Rounding::margin`] beyond a plane, so hits up to that far behind the start count. Beside an edge that a ray runs away from
+//! this is wrong: the other facet lies behind the start without any rounding. It shows in close-ups, so there it is looked for.
 
 use accel::lanes::{Lanes, Row, Triple, WIDTH};
 use accel::packet::{Accept, Pending, Rays};
@@ -45,6 +46,8 @@ pub(crate) struct Surfaces {
     planes: Vec<Plane>,
     material_of_rank: Vec<u32>,
     rounding: Rounding,
+    /// Of a close-up: see [`PreparedScene::close_up`].
+    pub close_up: bool,
 }
 
 impl Surfaces {
@@ -65,6 +68,7 @@ impl Surfaces {
             planes: geometry.facets.iter().zip(geometry.touched_facets()).map(plane).collect(),
             material_of_rank: geometry.material_of_rank(),
             rounding: geometry.rounding(),
+            close_up: scene.close_up,
         })
     }
 
@@ -120,6 +124,11 @@ impl Surfaces {
             }
             let (triangle, t) = (hits.triangle[lane], hits.t.0[lane]);
             let plane = &self.planes[self.facet_of[triangle as usize] as usize];
+            // Perhaps beside an edge.
+            if self.close_up && t <= 0.0 && !nest.contains(plane.rank) {
+                crossings[lane] = self.next(origin, direction, nest);
+                continue;
+            }
             if toggled.0 != plane.rank {
                 toggled = (plane.rank, nest.toggled(plane.rank));
             }
@@ -158,7 +167,31 @@ impl Surfaces {
     /// The nearest triangle whose surface the ray can cross.
     #[inline]
     fn cast(&self, origin: Vec3, direction: Vec3, nest: Nest) -> Option<Hit> {
-        let ray = Ray { origin, direction, t_min: -self.rounding.behind, t_max: f32::INFINITY };
+        let hit = self.closest(origin, direction, nest, -self.rounding.behind)?;
+        if self.close_up && hit.t <= 0.0 && self.is_left_at_start(origin, direction, nest, &hit) {
+            return self.closest(origin, direction, nest, f32::MIN_POSITIVE);
+        }
+        Some(hit)
+    }
+
+    /// Whether a surface behind the start enters a stone that the ray leaves again where it starts. So it is beside an
+    /// edge: the ray comes from one of its facets and runs away from both.
+    #[cold]
+    fn is_left_at_start(&self, origin: Vec3, direction: Vec3, nest: Nest, entry: &Hit) -> bool {
+        let rank = self.plane(entry).rank;
+        let ray = Ray { origin, direction, t_min: entry.t, t_max: self.rounding.behind };
+        let exit = |hit: &Hit| {
+            let plane = self.plane(hit);
+            let gap = plane.offset - plane.normal.dot(origin);
+            plane.rank == rank && plane.normal.dot(direction) > 0.0 && gap.abs() <= self.rounding.margin
+        };
+        !nest.contains(rank) && self.bvh.closest(&ray, exit).is_some()
+    }
+
+    /// The nearest triangle from `t_min` on.
+    #[inline]
+    fn closest(&self, origin: Vec3, direction: Vec3, nest: Nest, t_min: f32) -> Option<Hit> {
+        let ray = Ray { origin, direction, t_min, t_max: f32::INFINITY };
         self.bvh.closest(&ray, |hit| {
             let plane = self.plane(hit);
             let leaving = plane.normal.dot(direction) > 0.0;

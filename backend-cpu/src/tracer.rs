@@ -52,7 +52,11 @@ fn open_in(
             Some(chain) => Path::Chain(chain),
             None => {
                 let surfaces = match last.take() {
-                    Some((geometry, surfaces)) if Arc::ptr_eq(&geometry, &scene.geometry) => surfaces,
+                    Some((geometry, surfaces))
+                        if Arc::ptr_eq(&geometry, &scene.geometry) && surfaces.close_up == scene.close_up =>
+                    {
+                        surfaces
+                    }
                     _ => Arc::new(Surfaces::new(&scene)?),
                 };
                 last = Some((scene.geometry.clone(), surfaces.clone()));

@@ -61,6 +61,8 @@ pub struct PreparedScene {
     pub optics: Arc<Optics>,
     /// The stones that a perspective camera stands in.
     pub eye_nest: Nest,
+    /// Whether the eye is nearer to a surface than [`Geometry::CLOSE`]: single precision then looks at edges twice.
+    pub close_up: bool,
     /// Remarks that do not stop the work.
     pub warnings: Vec<Warning>,
     /// The light as the scene has it.
@@ -116,6 +118,7 @@ impl PreparedScene {
         let (view, moved) = geometry.clear(view.seen_from(geometry.origin))?;
         geometry.check_reach(&view)?;
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
+        let close_up = geometry.is_close(&view);
         let mut warnings = optics.warnings.clone();
         warnings.extend(moved);
         warnings.extend(substance::remarks(&scene.stones)?);
@@ -132,6 +135,7 @@ impl PreparedScene {
             environment,
             optics,
             eye_nest,
+            close_up,
             warnings,
             light: scene.environment.clone(),
         })

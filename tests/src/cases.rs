@@ -79,7 +79,9 @@ pub fn cases() -> Vec<Case> {
             RenderSettings { max_depth: 12, ..lines(4) },
         ),
         case("two-stones-on-a-ground", two_stones(above_ground(bluish)), lines(4)),
-        case("camera-on-a-facet", from([0.3, -2.0, -0.2], [0.0, 4.0, 0.5]), coarse),
+        case("camera-on-a-facet", from([0.3, -2.0, -0.2], [0.0, 4.0, 0.5]), coarse.clone()),
+        case("camera-on-a-corner", from([-2.0, -2.0, 2.0], [0.0, 0.0, 0.0]), coarse.clone()),
+        case("camera-on-a-corner-of-two", corner_of_two(), coarse),
         case("curved", one(64, studio(), stone(sphere(2.5, 12, 24), glass(1.5))), lines(3)),
     ]
 }
@@ -141,6 +143,17 @@ fn nested() -> Scene {
         at(stone(sphere(0.6, 6, 8), glass(1.0)), [1.4, -0.2, 0.1]),
     ];
     scene(view(16.0), 64, studio(), stones)
+}
+
+/// The same view with a second stone in it, so that every backend goes through a hierarchy.
+fn corner_of_two() -> Scene {
+    let block = |shift: f64| {
+        let corner = DVec3::new(2.0, 1.9, 1.8);
+        at(stone(cuboid(-corner, corner), glass(1.5)), [shift, 0.0, 0.0])
+    };
+    let corner = DVec3::new(-2.0, -1.9, 1.8);
+    let camera = Camera { position: corner, look_at: DVec3::new(0.3, 0.1, -0.2), ..view(50.0) };
+    scene(camera, 64, studio(), vec![block(0.0), block(4.5)])
 }
 
 fn star_scene() -> Scene {

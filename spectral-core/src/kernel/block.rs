@@ -74,7 +74,8 @@ pub struct Scene {
     pub across: [f32; 4],
     /// A pixel.
     pub along: [f32; 4],
-    /// The eye, mm, local, and 1; 0 in the last place where rays are parallel.
+    /// The eye, mm, local, and 1, or 2 of a [close-up](crate::prepare::PreparedScene::close_up); 0 in the last place where rays
+    /// are parallel.
     pub eye: [f32; 4],
 }
 

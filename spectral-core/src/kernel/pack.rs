@@ -104,7 +104,10 @@ fn camera(scene: &PreparedScene, block: Scene) -> Scene {
         forward: vector(frame.forward),
         across: vector(frame.across),
         along: vector(frame.along),
-        eye: scene.view.eye().map_or([0.0; 4], |eye| eye.as_vec3().extend(1.0).to_array()),
+        eye: scene
+            .view
+            .eye()
+            .map_or([0.0; 4], |eye| eye.as_vec3().extend(if scene.close_up { 2.0 } else { 1.0 }).to_array()),
         ..block
     }
 }

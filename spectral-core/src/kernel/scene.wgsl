@@ -55,7 +55,7 @@ struct Scene {
     forward: vec3<f32>,
     across: vec3<f32>,
     along: vec3<f32>,
-    // The eye, and 1; 0 in the last place where rays are parallel.
+    // The eye, and 1, or 2 of a close-up; 0 in the last place where rays are parallel.
     eye: vec4<f32>,
 }
 

@@ -71,7 +71,12 @@ fn query_accepts(query: Query, facet: u32) -> bool {
         return !nest_contains(query.crossed, plane.rank) && abs(inner(plane.normal, query.normal)) > PARALLEL;
     }
     let gap = plane.offset - inner(plane.normal, query.origin);
-    return select(-gap, gap, leaving) >= -scene.margin;
+    // Beside an edge, a ray that runs away from the facet that it starts on is behind the other facet, and meets it no more.
+    // Elsewhere than in a close-up this does not show.
+    let begin = planes[query.start];
+    let away = scene.eye.w > 1.0 && !leaving && begin.rank == plane.rank
+        && inner(begin.normal, query.direction) > 0.0;
+    return select(-gap, gap, leaving) >= select(-scene.margin, 0.0, away);
 }
 
 // The parameter at which a ray meets a facet's exact plane, within the bounds that its triangle sets.

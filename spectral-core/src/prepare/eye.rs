@@ -9,10 +9,18 @@ use crate::{Error, Warning, camera::View, mesh::proximity::distance};
 use glam::DVec3;
 
 impl Geometry {
-    /// A camera nearer to a surface than this share of [`Geometry::radius`] stands on it: a hundred times what
+    /// A camera nearer to a surface than this share of [`Geometry::radius`] stands on it: a thousand times what
     /// single precision may move a point, so that it does not decide which of the facets at a corner a ray meets first. Of a
-    /// stone of 6.5 mm it is a tenth of a micrometre.
-    pub const CLEARANCE: f64 = 3.2e-5;
+    /// stone of 6.5 mm it is a micrometre.
+    pub const CLEARANCE: f64 = 3.2e-4;
+    /// A share of [`Geometry::radius`]. From nearer to a surface, the band along each edge in which rounding may take one facet
+    /// for the other ([`Rounding::margin`](super::Rounding::margin)) is wide enough to be seen.
+    pub const CLOSE: f64 = 3.2e-2;
+
+    /// Whether rays begin at an eye that is nearer to a surface than [`Geometry::CLOSE`].
+    pub(super) fn is_close(&self, view: &View) -> bool {
+        view.eye().is_some_and(|eye| !self.near(eye, Self::CLOSE * self.radius).is_empty())
+    }
 
     /// The view with its rays beginning beside surfaces, and a remark if it had to be moved.
     ///
