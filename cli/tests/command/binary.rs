@@ -1,6 +1,6 @@
 //! The program as a process: exit codes, streams, signals.
 
-use super::support::{SCENE, Workplace};
+use super::support::{SCENE, Workplace, assert_matches};
 use serde_json::Value;
 use std::process::{Command, Output, Stdio};
 
@@ -164,7 +164,9 @@ fn quiet_is_silent_and_help_documents_the_exit_codes() {
 fn every_scene_ends_within_a_second() {
     let place = Workplace::new();
     let scenes = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
-    for name in ["brilliant", "pair", "ring", "ruby", "tray", "transparent"] {
+    for name in
+        ["brilliant", "cookbook/gold", "pair", "quartz", "ring", "ruby", "sapphire", "tray", "transparent"]
+    {
         let scene = scenes.join(name).with_extension("toml").display().to_string();
         let mut command = place.gemtrace(&[
             "render",
@@ -185,6 +187,38 @@ fn every_scene_ends_within_a_second() {
         assert!(asked.elapsed().as_secs_f64() < 1.0, "{name}: {:?}", asked.elapsed());
     }
     assert!(place.files().iter().all(|name| name == "a.partial.png"), "{:?}", place.files());
+}
+
+/// What overlaps by the hundred is refused at once; what may overlap ends within a second of SIGTERM.
+#[cfg(unix)]
+#[test]
+fn stones_in_each_other_by_the_hundred_end_at_once() {
+    let scene = |step: f64, stones: usize| {
+        let places: Vec<_> =
+            (0..stones).map(|k| format!("{{ position = [{}, 0, 0] }}", step * k as f64)).collect();
+        format!(
+            "format = 1\n[camera]\nposition = [1, -34, 17]\nlook_at = [1, 0, 0]\n[[stone]]\nshape = \"round-brilliant\"\n\
+             width = 4.0\nmaterial = \"ruby\"\nat = [{}]\n",
+            places.join(",")
+        )
+    };
+    let place = Workplace::holding(&[("heap.toml", &scene(0.0, 1000)), ("row.toml", &scene(0.8, 300))]);
+    let begun = std::time::Instant::now();
+    let heap =
+        gemtrace(&place, &["render", "heap.toml", "--backend", "cpu", "--size", "4x4", "--samples", "1"]);
+    assert_eq!(code(&heap), 3);
+    assert_matches(text(&heap.stderr), "*at most 6 may overlap at one point, but these do: stone 1 (shape)*");
+    assert!(begun.elapsed().as_secs_f64() < 2.0, "{:?}", begun.elapsed());
+    for size in ["4x4", "200x100"] {
+        let mut row = place.gemtrace(&["render", "row.toml", "--backend", "cpu", "--size", size]);
+        let mut child =
+            row.args(["--samples", "65536", "-o", "a.png", "-q"]).stderr(Stdio::null()).spawn().unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(1500));
+        let asked = std::time::Instant::now();
+        assert!(Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap().success());
+        assert_eq!(child.wait().unwrap().code(), Some(130), "{size}");
+        assert!(asked.elapsed().as_secs_f64() < 1.0, "{size}: {:?}", asked.elapsed());
+    }
 }
 
 #[cfg(unix)]
