@@ -15,7 +15,7 @@ use crate::{Error, Session, Watch};
 use glam::DVec3;
 use raster::{Eye, Mask, Raster};
 use spectral_core::environment::{Environment, Head, LightModel, Pattern};
-use spectral_core::scene::Stone;
+use spectral_core::scene::{Orientation, Stone};
 use spectral_core::settings::{Leftover, RenderSettings};
 use spectral_core::wavelength::WavelengthGrid;
 use std::sync::Arc;
@@ -165,8 +165,11 @@ impl<'a> Measurement<'a> {
         let reach = placed.positions().iter().map(|p| p.length()).fold(0.0, f64::max);
         let table = if placed.is_convex() { table(stone) } else { None };
         let eye = Eye::new(conditions, reach, session)?;
+        // A crystal is turned with the stone.
+        let [x, y, _] = upright.crystal_axes()?;
+        let orientation = stone.material.is_crystal().then_some(Orientation::Axes([x, y]));
         let stone = Stone::new(stone.name.clone(), Arc::new(placed), stone.material.clone());
-        Ok(Measurement { stone, table, conditions, eye })
+        Ok(Measurement { stone: Stone { orientation, ..stone }, table, conditions, eye })
     }
 
     /// The figures at one angle, degrees. `watch` follows each of the renders that it takes, and may stop it.

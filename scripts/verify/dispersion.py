@@ -10,7 +10,7 @@ import numpy as np
 # Material: shelf, book and page of the entry that is its source in the catalogue.
 ENTRIES = {
     "amethyst": ("main", "SiO2", "Ghosh-o"),
-    "chrysoberyl": ("main", "BeAl2O4", "Walling-α"),
+    "chrysoberyl": ("main", "BeAl2O4", "Walling-γ"),
     "citrine": ("main", "SiO2", "Ghosh-o"),
     "corundum": ("main", "Al2O3", "Malitson-o"),
     "copper": ("main", "Cu", "Johnson"),

@@ -59,6 +59,17 @@ impl Term {
         }
     }
 
+    fn scaled(self, factor: f64) -> Self {
+        match self {
+            Term::Constant(value) => Term::Constant(value * factor),
+            Term::Gaussian { centre, sigma, peak } => Term::Gaussian { centre, sigma, peak: peak * factor },
+            Term::GaussianWavenumber { centre, fwhm_cm1, peak } => {
+                Term::GaussianWavenumber { centre, fwhm_cm1, peak: peak * factor }
+            }
+            Term::Table(table) => Term::Table(table.scaled(factor)),
+        }
+    }
+
     fn check(&self, what: &str) -> Result<(), Error> {
         let valid = |name: &str, value: f64, valid: bool, expected: &str| match valid && value.is_finite() {
             true => Ok(()),
@@ -112,6 +123,15 @@ impl Absorption {
             term.check(&format!("absorption[{i}]"))?;
         }
         Ok(Absorption { terms })
+    }
+
+    /// The mean of the three axes of a crystal; three times the same comes out as it is.
+    pub(crate) fn mean(axes: [&Absorption; 3]) -> Self {
+        if axes.iter().all(|axis| *axis == axes[0]) {
+            return axes[0].clone();
+        }
+        let third = |term: &Term| term.clone().scaled(1.0 / 3.0);
+        Absorption { terms: axes.iter().flat_map(|axis| &axis.terms).map(third).collect() }
     }
 
     /// The terms.

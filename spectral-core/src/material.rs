@@ -4,8 +4,7 @@
 //! source of every figure. [`MaterialSpec`] is the same description as a scene's own `[material.NAME]` table
 //! gives it; its [`build`](MaterialSpec::build) checks the figures and fits what needs fitting.
 //!
-//! A doubly refracting stone is rendered with one index, its ordinary ray's (for biaxial stones the β ray's);
-//! [`Material::ray`] says which.
+//! A doubly refracting crystal has further [`axes`](Material::axes); [`Material::isotropic`] is the same stone with one index.
 //!
 //! ```
 //! use spectral_core::material::{Catalogue, MaterialSpec};
@@ -27,7 +26,7 @@ pub use catalogue::Catalogue;
 pub use spec::{AbsorptionSpec, BandSpec, ConductorSpec, MaterialSpec, PoleSpec, SellmeierSpec};
 
 use crate::absorption::Absorption;
-use crate::dispersion::Dispersion;
+use crate::dispersion::{Dispersion, fraunhofer};
 use crate::spectrum::Tabulated;
 use crate::{Error, Warning, shown};
 
@@ -89,7 +88,7 @@ pub struct Material {
     pub axes: Vec<Axis>,
     /// Density in g/cm³, for weights.
     pub density: Option<f64>,
-    /// Which ray the index belongs to: `"isotropic"`, `"ordinary"`, `"beta"`; empty for a scene's own.
+    /// Which ray the index of `kind` belongs to: `"isotropic"`, `"ordinary"`, `"alpha"`, `"beta"`; empty for a scene's own.
     pub ray: String,
     /// What one should know before relying on it.
     pub notes: Vec<String>,
@@ -153,6 +152,56 @@ impl Material {
         self.by_axis(self.absorption(nm), |axis| axis.absorption.coefficient(nm))
     }
 
+    /// What the crystal's axes are called: o and e, or x, y and z; with their place in [`indices`](Self::indices). None of
+    /// what is isotropic.
+    pub fn axis_names(&self) -> &'static [(&'static str, usize)] {
+        match self.axes.len() {
+            0 => &[],
+            1 => &[("o", 0), ("e", 2)],
+            _ => &[("x", 0), ("y", 1), ("z", 2)],
+        }
+    }
+
+    /// The same with one index and one absorption: the index of a uniaxial crystal's ordinary ray, of a biaxial one's middle
+    /// axis at 589.3 nm (β), and the mean absorption of the three axes.
+    ///
+    /// ```
+    /// use spectral_core::{dispersion::fraunhofer, material::Catalogue};
+    /// let quartz = Catalogue::builtin().get("quartz")?;
+    /// assert_eq!(quartz.isotropic().index(fraunhofer::D), quartz.indices(fraunhofer::D)[0]);
+    /// # Ok::<(), spectral_core::Error>(())
+    /// ```
+    #[must_use]
+    pub fn isotropic(&self) -> Material {
+        let mut one = Material { axes: Vec::new(), ..self.clone() };
+        let Kind::Dielectric { dispersion, absorption } = &mut one.kind else { return one };
+        match self.axes.as_slice() {
+            [] => {}
+            [extraordinary] => {
+                *absorption = Absorption::mean([absorption, absorption, &extraordinary.absorption]);
+            }
+            [second, third, ..] => {
+                *absorption = Absorption::mean([absorption, &second.absorption, &third.absorption]);
+                let [x, y, z] = self.indices(fraunhofer::D);
+                if (x - y) * (y - z) >= 0.0 {
+                    *dispersion = second.dispersion.clone();
+                } else if (x - z) * (z - y) >= 0.0 {
+                    *dispersion = third.dispersion.clone();
+                }
+                one.ray = if self.ray.is_empty() { String::new() } else { "beta".to_owned() };
+            }
+        }
+        one
+    }
+
+    /// The keys of a material's axes in a file, before the name of a figure.
+    fn axis_keys(&self) -> &'static [&'static str] {
+        match self.axes.len() {
+            0 | 1 => &["", "extraordinary."],
+            _ => &["principal[0].", "principal[1].", "principal[2]."],
+        }
+    }
+
     fn by_axis(&self, first: f64, figure: impl Fn(&Axis) -> f64) -> [f64; 3] {
         match self.axes.as_slice() {
             [] => [first; 3],
@@ -178,14 +227,16 @@ impl Material {
     /// # Errors
     /// Those of [`Dispersion::check`], with the material's name in front.
     pub fn check(&self, range: [f64; 2]) -> Result<Vec<Warning>, Error> {
-        let mut warnings = match &self.kind {
-            Kind::Dielectric { dispersion, .. } => {
-                dispersion.check(range).map_err(|error| within(&self.name, error))?
-            }
-            Kind::Conductor { .. } => Vec::new(),
+        let mut warnings = Vec::new();
+        let names = self.axis_keys();
+        let first = match &self.kind {
+            Kind::Dielectric { dispersion, .. } => Some(dispersion),
+            Kind::Conductor { .. } => None,
         };
-        for axis in &self.axes {
-            warnings.extend(axis.dispersion.check(range).map_err(|error| within(&self.name, error))?);
+        let further = self.axes.iter().map(|axis| &axis.dispersion);
+        for (key, dispersion) in names.iter().zip(first.into_iter().chain(further)) {
+            let checked = dispersion.check(range).map_err(|error| prefixed(key, error));
+            warnings.extend(checked.map_err(|error| within(&self.name, error))?);
         }
         for source in &self.sources {
             if let Some([start, end]) = source.range
@@ -205,13 +256,16 @@ impl Material {
 
 /// The error with the material it is about in front.
 fn within(name: &str, error: Error) -> Error {
+    prefixed(&format!("material '{}': ", shown(name)), error)
+}
+
+/// The error with something in front of what it is about.
+fn prefixed(prefix: &str, error: Error) -> Error {
     match error {
         Error::Value { what, value, expected } => {
-            Error::Value { what: format!("material '{}': {what}", shown(name)), value, expected }
+            Error::Value { what: format!("{prefix}{what}"), value, expected }
         }
-        Error::Data { what, line, message } => {
-            Error::Data { what: format!("material '{}': {what}", shown(name)), line, message }
-        }
+        Error::Data { what, line, message } => Error::Data { what: format!("{prefix}{what}"), line, message },
         other => other,
     }
 }

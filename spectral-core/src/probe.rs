@@ -109,7 +109,7 @@ fn alike(found: &[f32; 3], expected: &[f32; 3]) -> bool {
 
 fn stone(shape: &str, material: &str, width: f64) -> Result<Stone, Error> {
     let (mesh, _) = ShapeSpec::by_name(shape)?.cut()?.solid()?;
-    let material = Catalogue::builtin().get(material)?.clone();
+    let material = Catalogue::builtin().get(material)?.isotropic();
     Ok(Stone { width: Some(width), ..Stone::new(shape, Arc::new(mesh), Arc::new(material)) })
 }
 

@@ -82,7 +82,7 @@ pub fn metal(n: f64, k: f64) -> Material {
 
 /// A built-in material.
 pub fn material(name: &str) -> Material {
-    Catalogue::builtin().get(name).expect("a built-in material").clone()
+    Catalogue::builtin().get(name).expect("a built-in material").isotropic()
 }
 
 /// One sample a pixel at the given wavelengths (nm), a depth limit of 64, no threshold, and the radiance kept.

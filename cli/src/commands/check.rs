@@ -3,6 +3,7 @@
 use crate::console::{Console, Report};
 use gemtrace::{Error, scene_file};
 use serde_json::{Value, json};
+use spectral_core::dispersion::fraunhofer;
 use spectral_core::film::Film;
 use spectral_core::material::Material;
 use spectral_core::prepare::PreparedScene;
@@ -66,8 +67,6 @@ fn stone_facts(stone: &Stone, nm: &[f64]) -> Value {
 
 /// A crystal's index and absorption along each of its axes: o and e, or x, y and z.
 fn axes(material: &Material, nm: &[f64]) -> Value {
-    let names: &[(&str, usize)] =
-        if material.axes.len() == 1 { &[("o", 0), ("e", 2)] } else { &[("x", 0), ("y", 1), ("z", 2)] };
     let figures = |axis: usize, of: fn(&Material, f64) -> [f64; 3]| -> Vec<f64> {
         nm.iter().map(|&nm| of(material, nm)[axis]).collect()
     };
@@ -78,7 +77,7 @@ fn axes(material: &Material, nm: &[f64]) -> Value {
             "absorption_per_mm": figures(k, Material::absorptions),
         })
     };
-    names.iter().map(axis).collect()
+    material.axis_names().iter().map(axis).collect()
 }
 
 fn film_bytes(scene: &PreparedScene) -> u64 {
@@ -103,13 +102,25 @@ fn describe(loaded: &scene_file::LoadedScene, scene: &PreparedScene) -> String {
     for stone in &loaded.scene.stones {
         let shape = if stone.mesh.is_convex() { "convex" } else { "not convex" };
         let facets = stone.mesh.facets().len();
-        lines.push(format!("{}: {}, {facets} facets, {shape}", stone.name, stone.material.name));
+        let optics = optics(&stone.material);
+        lines.push(format!("{}: {}{optics}, {facets} facets, {shape}", stone.name, stone.material.name));
     }
     if loaded.scene.stones.is_empty() {
         lines.push("no stones: the environment alone".to_owned());
     }
     lines.push("the scene is sound".to_owned());
     lines.join("\n")
+}
+
+/// A crystal's index and absorption along each axis at sodium's D line.
+fn optics(material: &Material) -> String {
+    let nm = fraunhofer::D;
+    let axis = |&(name, k): &(&str, usize)| {
+        let (n, alpha) = (material.indices(nm)[k], material.absorptions(nm)[k]);
+        format!("{name} {n:.4}, {alpha:.3}/mm")
+    };
+    let axes: Vec<String> = material.axis_names().iter().map(axis).collect();
+    if axes.is_empty() { String::new() } else { format!(" (at 589.3 nm {})", axes.join("; ")) }
 }
 
 fn counted(n: u64, noun: &str) -> String {

@@ -1,12 +1,14 @@
 //! `gemtrace materials`.
 
 mod appearance;
+mod dichroscope;
 mod swatch;
 
 use super::table;
 use crate::arguments::{Rendering, parse_stops};
 use crate::console::{Console, Report};
-use appearance::Appearance;
+use appearance::{Colour, REFLECTED, transmitted};
+use dichroscope::Character;
 use gemtrace::plot::{Curve, Panel, svg};
 use gemtrace::{Error, output};
 use serde_json::{Value, json};
@@ -20,12 +22,18 @@ use std::path::PathBuf;
 pub struct Args {
     /// Show this material in full; without it all are listed.
     pub name: Option<String>,
-    /// Write a plot of its index and absorption here.
+    /// Write a plot of its indices and absorptions here.
     #[arg(long, value_name = "FILE", requires = "name")]
     pub svg: Option<PathBuf>,
     /// Write a picture of the same stone in every material here, as PNG.
     #[arg(long, value_name = "FILE", conflicts_with = "name")]
     pub sheet: Option<PathBuf>,
+    /// Write a picture of the colours along the axes of every coloured crystal here, as PNG: above by D65, below by A.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["name", "sheet"])]
+    pub axes: Option<PathBuf>,
+    /// Thickness that colours are seen through, mm.
+    #[arg(long, value_name = "MM", default_value_t = 5.0, value_parser = parse_thickness)]
+    pub thickness: f64,
     /// Give the figures at these wavelengths (nm, ascending) in place of Fraunhofer's lines.
     #[arg(long, value_name = "NM,…", value_delimiter = ',')]
     pub nm: Option<Vec<f64>>,
@@ -48,13 +56,27 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         let text = format!("wrote {} – {count} materials", path.display());
         return Ok(Report::new(text, json!({ "output": path.display().to_string(), "materials": count })));
     }
+    if let Some(path) = &args.axes {
+        let count = swatch::axes(path, args.thickness)?;
+        let text = format!(
+            "wrote {} – {count} crystals, {} mm, above by D65, below by A",
+            path.display(),
+            args.thickness
+        );
+        return Ok(Report::new(text, json!({ "output": path.display().to_string(), "materials": count })));
+    }
     let lines = lines(args)?;
-    let Some(name) = &args.name else { return list(&lines) };
-    let material = Catalogue::builtin().get(name)?;
+    let Some(name) = &args.name else { return list(&lines, args.thickness) };
+    let material = Catalogue::builtin().crystal(name)?;
     if let Some(path) = &args.svg {
         output::write_text(path, &plot(material))?;
     }
-    Ok(Report::new(describe(material, &lines)?, facts(material, &lines)?))
+    Ok(Report::new(describe(material, &lines, args.thickness)?, facts(material, &lines, args.thickness)?))
+}
+
+fn parse_thickness(text: &str) -> Result<f64, String> {
+    let mm = text.trim().parse::<f64>().ok().filter(|mm| *mm > 0.0 && *mm <= 1e6);
+    mm.ok_or_else(|| "give a thickness in mm, above 0 and at most 1e6".to_owned())
 }
 
 /// The wavelengths to describe a material at, with the names of those that have one.
@@ -66,23 +88,28 @@ fn lines(args: &Args) -> Result<Vec<(String, f64)>, Error> {
     Ok(grid.nm().iter().map(|&nm| (String::new(), nm)).collect())
 }
 
-fn list(lines: &[(String, f64)]) -> Result<Report, Error> {
-    let mut rows = vec![["name", "colour", "n at D", "n(G) − n(B)", "g/cm³"].map(str::to_owned).to_vec()];
+fn list(lines: &[(String, f64)], mm: f64) -> Result<Report, Error> {
+    let heads = ["name", "colour", "n at D", "birefringence", "n(G) − n(B)", "g/cm³"];
+    let mut rows = vec![heads.map(str::to_owned).to_vec()];
     let mut all = Vec::new();
     for material in Catalogue::builtin().materials() {
         let dispersion =
             dispersion(material).map_or("metal".to_owned(), |d| format!("{:.4}", d.dispersion_bg()));
         rows.push(vec![
             material.name.clone() + if material.is_approximate() { " ~" } else { "" },
-            Appearance::of(material)?.hex(),
+            Colour::of_material(material, mm)?.hex(),
             format!("{:.4}", material.index(fraunhofer::D)),
+            Character::of(material).map_or("–".to_owned(), |c| format!("{:.4}", c.birefringence)),
             dispersion,
             material.density.map_or("–".to_owned(), |d| d.to_string()),
         ]);
-        all.push(facts(material, lines)?);
+        all.push(facts(material, lines, mm)?);
     }
-    let (through, metal) = (appearance::TRANSMITTED, appearance::REFLECTED);
-    let legend = format!("~ approximate\ncolour: {through}; of metals {metal}");
+    let legend = format!(
+        "~ approximate\ncolour: {}, of crystals the mean of the axes; of metals {REFLECTED}\n\
+         n: of crystals the ordinary ray's, or α",
+        transmitted(mm)
+    );
     let text = format!("{}\n\n{legend}", table::columns(2, &rows));
     Ok(Report::new(text, json!({ "materials": all })))
 }
@@ -94,7 +121,8 @@ fn dispersion(material: &Material) -> Option<&Dispersion> {
     }
 }
 
-fn facts(material: &Material, lines: &[(String, f64)]) -> Result<Value, Error> {
+fn facts(material: &Material, lines: &[(String, f64)], mm: f64) -> Result<Value, Error> {
+    let crystal = dichroscope::facts(material, lines, mm)?;
     let lines: Vec<Value> = lines
         .iter()
         .map(|(line, nm)| {
@@ -103,7 +131,7 @@ fn facts(material: &Material, lines: &[(String, f64)]) -> Result<Value, Error> {
                     "absorption_per_mm": material.absorption(nm) })
         })
         .collect();
-    let appearance = Appearance::of(material)?;
+    let colour = Colour::of_material(material, mm)?;
     let sources: Vec<Value> = material
         .sources
         .iter()
@@ -122,31 +150,30 @@ fn facts(material: &Material, lines: &[(String, f64)]) -> Result<Value, Error> {
         "dispersion_bg": dispersion(material).map(Dispersion::dispersion_bg),
         "dispersion_cf": dispersion(material).map(Dispersion::dispersion_cf),
         "density": material.density,
-        "colour": { "srgb": appearance.hex(), "linear_srgb": appearance.linear, "meaning": appearance.meaning },
+        "colour": { "srgb": colour.hex(), "linear_srgb": colour.0, "meaning": meaning(material, mm) },
+        "crystal": crystal,
         "approximate": material.is_approximate(),
         "notes": material.notes,
         "sources": sources,
     }))
 }
 
-fn describe(material: &Material, lines: &[(String, f64)]) -> Result<String, Error> {
-    let mut rows = vec![
-        ["line", "nm", "n", if material.is_conductor() { "k" } else { "absorption, 1/mm" }]
-            .map(str::to_owned)
-            .to_vec(),
-    ];
-    for (line, nm) in lines {
-        let nm = *nm;
-        let last = if material.is_conductor() { material.extinction(nm) } else { material.absorption(nm) };
-        rows.push(vec![
-            line.clone(),
-            format!("{nm:.2}"),
-            format!("{:.5}", material.index(nm)),
-            format!("{last:.4}"),
-        ]);
+/// What the colour of a material is the colour of.
+fn meaning(material: &Material, mm: f64) -> String {
+    match material.is_conductor() {
+        true => REFLECTED.to_owned(),
+        false if material.is_crystal() => transmitted(mm) + ", the mean of the axes",
+        false => transmitted(mm),
     }
-    let ray = if material.ray.is_empty() { String::new() } else { format!(" ({})", material.ray) };
-    let mut text = format!("{}{ray}\n\n{}\n", material.name, table::columns(1, &rows));
+}
+
+fn describe(material: &Material, lines: &[(String, f64)], mm: f64) -> Result<String, Error> {
+    let ray = if material.is_crystal() || material.ray.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", material.ray)
+    };
+    let mut text = format!("{}{ray}\n\n{}\n", material.name, table::columns(1, &figures(material, lines)));
     if let Some(d) = dispersion(material) {
         text += &format!("\nAbbe number  {:.2}", d.abbe_number());
         text += &format!("\nn(G) − n(B)  {:.5}", d.dispersion_bg());
@@ -155,8 +182,9 @@ fn describe(material: &Material, lines: &[(String, f64)]) -> Result<String, Erro
     if let Some(density) = material.density {
         text += &format!("\ndensity      {density} g/cm³");
     }
-    let appearance = Appearance::of(material)?;
-    text += &format!("\ncolour       {} ({})", appearance.hex(), appearance.meaning);
+    let colour = Colour::of_material(material, mm)?;
+    text += &format!("\ncolour       {} ({})", colour.hex(), meaning(material, mm));
+    text += &dichroscope::describe(material, mm)?;
     text += "\n";
     for note in &material.notes {
         text += &format!("\nnote: {note}");
@@ -168,18 +196,45 @@ fn describe(material: &Material, lines: &[(String, f64)]) -> Result<String, Erro
     Ok(text.trim_end().to_owned())
 }
 
+/// A row for each line: n and α along each axis, of a metal n and k.
+fn figures(material: &Material, lines: &[(String, f64)]) -> Vec<Vec<String>> {
+    let axes = axes(material);
+    let heads = |figure: &str, unit: &str| -> Vec<String> {
+        axes.iter().map(|(name, _)| format!("{figure} {name}").trim().to_owned() + unit).collect()
+    };
+    let second = if material.is_conductor() { vec!["k".to_owned()] } else { heads("α", ", 1/mm") };
+    let mut rows = vec![[vec!["line".to_owned(), "nm".to_owned()], heads("n", ""), second].concat()];
+    for (line, nm) in lines {
+        let n = axes.iter().map(|&(_, k)| format!("{:.5}", material.indices(*nm)[k]));
+        let alpha = axes.iter().map(|&(_, k)| match material.is_conductor() {
+            true => format!("{:.4}", material.extinction(*nm)),
+            false => format!("{:.4}", material.absorptions(*nm)[k]),
+        });
+        rows.push([line.clone(), format!("{nm:.2}")].into_iter().chain(n).chain(alpha).collect());
+    }
+    rows
+}
+
+/// The axes of a material; of what is isotropic one without a name.
+fn axes(material: &Material) -> &'static [(&'static str, usize)] {
+    if material.is_crystal() { material.axis_names() } else { &[("", 0)] }
+}
+
 fn plot(material: &Material) -> String {
-    let line = |colour, of: &dyn Fn(f64) -> f64| Curve {
-        label: String::new(),
-        colour,
-        points: (380..=780).map(|nm| [f64::from(nm), of(f64::from(nm))]).collect(),
+    let panel = |label: &str, from_zero, of: &dyn Fn(f64) -> [f64; 3]| {
+        let colours = ["#06c", "#c60", "#283"];
+        let curve = |(&(name, k), colour): (&(&str, usize), &'static str)| Curve {
+            label: name.to_owned(),
+            colour,
+            points: (380..=780).map(f64::from).map(|nm| [nm, of(nm)[k]]).collect(),
+        };
+        let lines = axes(material).iter().zip(colours).map(curve).collect();
+        Panel { label: label.to_owned(), from_zero, lines }
     };
-    let panel =
-        |label: &str, from_zero, line| Panel { label: label.to_owned(), from_zero, lines: vec![line] };
     let second = if material.is_conductor() {
-        panel("k", true, line("#c60", &|nm| material.extinction(nm)))
+        panel("k", true, &|nm| [material.extinction(nm); 3])
     } else {
-        panel("absorption, 1/mm", true, line("#c60", &|nm| material.absorption(nm)))
+        panel("absorption, 1/mm", true, &|nm| material.absorptions(nm))
     };
-    svg(&material.name, &[panel("refractive index n", false, line("#06c", &|nm| material.index(nm))), second])
+    svg(&material.name, &[panel("refractive index n", false, &|nm| material.indices(nm)), second])
 }

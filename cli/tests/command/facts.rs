@@ -1,8 +1,9 @@
 //! The commands that describe.
 
 use super::support::{
-    Interrupt, SCENE, Workplace, assert_matches, assert_refused, command, command_with, cut, number,
+    Cli, Interrupt, SCENE, Workplace, assert_matches, assert_refused, command, command_with, cut, number,
 };
+use clap::Parser as _;
 use serde_json::Value;
 use spectral_core::color::Response;
 use spectral_core::wavelength::WavelengthGrid;
@@ -44,12 +45,18 @@ fn a_misspelt_material_is_recognised() {
 #[test]
 fn plots_are_written_where_asked() {
     let place = Workplace::new();
-    let plotted = [&["materials", "ruby"][..], &["materials", "gold"], &["spectrum", "1", "0.5", "0.1"]];
-    for arguments in plotted {
+    // A curve for each axis of a crystal.
+    let plotted = [
+        (&["materials", "ruby"][..], 4),
+        (&["materials", "tanzanite"], 6),
+        (&["materials", "gold"], 2),
+        (&["spectrum", "1", "0.5", "0.1"], 2),
+    ];
+    for (arguments, curves) in plotted {
         command(&[arguments, &["--svg", &place.name("a.svg")]].concat()).unwrap();
         let text = place.text("a.svg");
         assert!(text.starts_with("<svg") && text.ends_with("</svg>\n") && !text.contains("NaN"));
-        assert_eq!(text.matches("<polyline").count(), 2, "{arguments:?}");
+        assert_eq!(text.matches("<polyline").count(), curves, "{arguments:?}");
     }
     assert_refused(command(&["materials", "ruby", "--svg", &place.name("no/ruby.svg")]), 4, "*");
 }
@@ -90,13 +97,53 @@ fn many_colours_come_from_a_file() {
 fn a_material_has_its_figures_at_any_wavelength() {
     let report = command(&["materials", "ruby", "--nm", "450,560.5"]).unwrap();
     let lines = report.json["lines"].as_array().unwrap();
-    let ruby = spectral_core::material::Catalogue::builtin().get("ruby").unwrap();
+    let ruby = spectral_core::material::Catalogue::builtin().crystal("ruby").unwrap();
     for (line, nm) in lines.iter().zip([450.0, 560.5]) {
         assert_eq!((number(&line["nm"]), number(&line["n"])), (nm, ruby.index(nm)));
         assert_eq!(number(&line["absorption_per_mm"]), ruby.absorption(nm));
     }
     assert!(lines.len() == 2 && report.text.contains("560.50"), "{}", report.text);
     assert_refused(command(&["materials", "ruby", "--nm", "560,450"]), 3, "*");
+}
+
+/// Tanzanite by its handbook figures: n 1.692, 1.693, 1.700, biaxial positive; violet, blue, and blue again.
+#[test]
+fn a_crystal_is_described_along_its_axes() {
+    let report = command(&["materials", "tanzanite", "--nm", "589.3", "--thickness=3"]).unwrap();
+    let crystal = &report.json["crystal"];
+    assert_eq!((&crystal["form"], &crystal["sign"]), (&"biaxial".into(), &"+".into()));
+    assert!((number(&crystal["birefringence"]) - 0.008).abs() < 1e-5);
+    assert!((number(&crystal["two_v_deg"]) - 41.6).abs() < 0.1);
+    let axes = crystal["axes"].as_array().unwrap();
+    for (axis, (name, n)) in axes.iter().zip([("x", 1.692), ("y", 1.693), ("z", 1.700)]) {
+        assert_eq!(axis["axis"], name);
+        assert!((number(&axis["lines"][0]["n"]) - n).abs() < 1e-5);
+    }
+    let views = crystal["dichroscope"]["views"].as_array().unwrap();
+    assert_eq!((views.len(), number(&crystal["dichroscope"]["thickness_mm"])), (3, 3.0));
+    // Along y one window shows x, violet, the other z, blue.
+    let windows = &views[1]["windows"];
+    assert_eq!((&windows[0]["axis"], &windows[1]["axis"]), (&"x".into(), &"z".into()));
+    let red_over_green = |window: &Value| {
+        let [red, green] = [0, 1].map(|c| number(&window["d65"]["linear_srgb"][c]));
+        red / green
+    };
+    assert!(red_over_green(&windows[0]) > 1.5 && red_over_green(&windows[1]) < 0.9);
+    for part in ["biaxial +, birefringence 0.0080, 2V 42°", "along y", "1.69300", "dichroscope, 3 mm"] {
+        assert!(report.text.contains(part), "{part}: {}", report.text);
+    }
+
+    let ruby = command(&["materials", "ruby"]).unwrap();
+    let views = ruby.json["crystal"]["dichroscope"]["views"].as_array().unwrap();
+    let axes = views.iter().flat_map(|view| view["windows"].as_array().unwrap()).map(|w| &w["axis"]);
+    assert_eq!(axes.collect::<Vec<_>>(), ["o", "o", "o", "e"]);
+    assert!(
+        ruby.text.contains("uniaxial −, birefringence 0.0081") && ruby.text.contains("along the optic axis")
+    );
+    let quartz = command(&["materials", "quartz"]).unwrap();
+    assert!(quartz.text.contains("uniaxial +") && !quartz.text.contains("dichroscope"), "{}", quartz.text);
+    assert_eq!(command(&["materials", "diamond"]).unwrap().json["crystal"], Value::Null);
+    assert!(Cli::try_parse_from(["gemtrace", "materials", "ruby", "--thickness=0"]).is_err());
 }
 
 #[test]

@@ -146,10 +146,11 @@ impl<'a> Fields<'a> {
             spectral_core::Error::Value { what, .. } => what.as_str(),
             _ => "",
         };
-        // The core names a quantity by the keys that lead to it, after the name of a stone or a material: the last that
+        // The core names a quantity by the keys that lead to it, after the name of a stone or a material: the first that
         // stands in this table is meant.
         let word = |c: char| !c.is_alphanumeric() && c != '_';
-        let key = about.rsplit(word).find_map(|w| self.table.keys().find(|key| key.get_ref() == w));
+        let path = about.rsplit(": ").next().unwrap_or_default();
+        let key = path.split(word).find_map(|w| self.table.keys().find(|key| key.get_ref() == w));
         self.document.error(key.map_or(self.offset, |k| k.span().start), error)
     }
 }

@@ -35,7 +35,7 @@ fn stone(
     let own = fields.get("name").map(|e| e.text("a name for messages")).transpose()?;
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
     let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
-    let up = fields.get("up");
+    let (up, crystal) = (fields.get("up"), fields.get("crystal"));
     let orientation = fields.one_of(&["optic_axis", "crystal_axes"])?;
     let form = fields.one_of(&FORMS)?;
     fields.finish()?;
@@ -47,7 +47,11 @@ fn stone(
         _ => (mesh(key, &form, sources)?, form.text("the name of a file")?),
     };
     let label = own.map_or_else(|| format!("stone {number} ({})", shown(source)), shown);
-    let mut stone = Stone::new(label, mesh, materials.get(&material)?);
+    let mut material = materials.get(&material)?;
+    if !crystal.map_or(Ok(true), |entry| entry.flag())? {
+        material = Arc::new(material.isotropic());
+    }
+    let mut stone = Stone::new(label, mesh, material);
     stone.orientation = orientation.map(|(_, entry)| orientation_of(&entry)).transpose()?;
     stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
     if let Some(entry) = &up {

@@ -12,7 +12,6 @@ use crate::{Error, shown};
 #[serde(deny_unknown_fields)]
 struct Entry {
     aliases: Vec<String>,
-    ray: String,
     #[serde(default)]
     notes: Vec<String>,
     optics: MaterialSpec,
@@ -26,25 +25,36 @@ macro_rules! files {
     };
 }
 
-const FILES: [(&str, &str); 33] = files![
+const FILES: [(&str, &str); 46] = files![
+    "alexandrite",
     "amethyst",
+    "andalusite",
+    "apatite",
     "aquamarine",
+    "benitoite",
     "beryl",
     "blue-topaz",
     "blue-zircon",
+    "calcite",
     "chrysoberyl",
     "citrine",
+    "colour-change-sapphire",
     "copper",
     "corundum",
     "cubic-zirconia",
     "demantoid",
     "diamond",
+    "diopside",
     "emerald",
     "fused-silica",
     "gold",
+    "green-tourmaline",
+    "iolite",
+    "kunzite",
     "moissanite",
     "n-bk7",
     "peridot",
+    "pink-sapphire",
     "pink-tourmaline",
     "platinum",
     "quartz",
@@ -53,11 +63,13 @@ const FILES: [(&str, &str); 33] = files![
     "rutile",
     "sapphire",
     "silver",
+    "sphene",
     "spinel",
     "strontium-titanate",
     "tanzanite",
     "topaz",
     "tourmaline",
+    "unheated-tanzanite",
     "yag",
     "zircon",
 ];
@@ -65,13 +77,17 @@ const FILES: [(&str, &str); 33] = files![
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
     // The files are part of the program. `every_file_of_the_catalogue_parses` checks them; one that does not parse is
     // left out here.
-    Catalogue { entries: FILES.iter().filter_map(|(name, text)| parse(name, text).ok()).collect() }
+    let entries: Vec<_> = FILES.iter().filter_map(|(name, text)| parse(name, text).ok()).collect();
+    let plain = entries.iter().map(|(material, _)| material.isotropic()).collect();
+    Catalogue { entries, plain }
 });
 
 /// Materials by name and alias.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     entries: Vec<(Material, Vec<String>)>,
+    /// What scenes get while not every backend renders crystals.
+    plain: Vec<Material>,
 }
 
 impl Catalogue {
@@ -85,14 +101,24 @@ impl Catalogue {
     /// # Errors
     /// [`Error::Unknown`] with the nearest name, or all of them.
     pub fn get(&self, name: &str) -> Result<&Material, Error> {
+        self.place(name).map(|place| &self.plain[place])
+    }
+
+    /// The same as the crystal that it is. As long as not every backend renders crystals, [`get`](Self::get) gives its ordinary
+    /// or middle index.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn crystal(&self, name: &str) -> Result<&Material, Error> {
+        self.place(name).map(|place| &self.entries[place].0)
+    }
+
+    fn place(&self, name: &str) -> Result<usize, Error> {
         let wanted = canonical(name);
-        let matches = |(material, aliases): &&(Material, Vec<String>)| {
+        let matches = |(material, aliases): &(Material, Vec<String>)| {
             material.name == wanted || aliases.contains(&wanted)
         };
-        match self.entries.iter().find(matches) {
-            Some((material, _)) => Ok(material),
-            None => Err(self.unknown(name, &wanted)),
-        }
+        self.entries.iter().position(matches).ok_or_else(|| self.unknown(name, &wanted))
     }
 
     /// The names, in alphabetical order, without aliases.
@@ -137,7 +163,7 @@ fn parse(name: &str, text: &str) -> Result<(Material, Vec<String>), Error> {
     if let Some(warning) = warnings.first() {
         return Err(within(name, Error::value("figures", warning, "the catalogue's files give no warnings")));
     }
-    material.ray = entry.ray;
+    material.ray = ["isotropic", "ordinary", "alpha"][material.axes.len().min(2)].to_owned();
     material.notes = entry.notes;
     material.sources = entry.sources;
     Ok((material, entry.aliases))

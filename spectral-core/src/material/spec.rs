@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
-use super::{Axis, Catalogue, Kind, Material, named, within};
+use super::{Axis, Catalogue, Kind, Material, named, prefixed, within};
 use crate::absorption::{Absorption, Term};
 use crate::dispersion::Dispersion;
 use crate::spectrum::{Ends, Tabulated};
@@ -168,12 +168,9 @@ impl MaterialSpec {
             return self.biaxial(name, principal, resolve);
         }
         self.check_models()?;
-        let base = match &self.like {
-            Some(like) => Some(Catalogue::builtin().get(like)?),
-            None => None,
-        };
         let absorption = self.absorption(resolve)?;
-        let (kind, mut warnings) = self.kind(base, absorption)?;
+        let base = self.base(absorption.as_ref())?;
+        let (kind, mut warnings) = self.kind(base.as_ref(), absorption)?;
         let extraordinary = match &self.extraordinary {
             Some(_) if matches!(kind, Kind::Conductor { .. }) => {
                 return Err(Error::value("extraordinary", "given", "a metal is isotropic; leave this out"));
@@ -191,13 +188,29 @@ impl MaterialSpec {
             "density" => self.density.is_none(),
             _ => true,
         };
-        let sources = base.map_or(Vec::new(), |b| {
-            b.sources.iter().filter(|source| taken_over(&source.figure)).cloned().collect()
-        });
-        let base = base.cloned().unwrap_or_else(|| Material::new(name, kind.clone()));
+        let mut base = base.unwrap_or_else(|| Material::new(name, kind.clone()));
+        base.sources.retain(|source| taken_over(&source.figure));
         let density = self.density.or(base.density);
         let axes = extraordinary.map_or_else(|| base.axes.clone(), |axis| vec![axis]);
-        Ok((Material { name: name.to_owned(), kind, axes, density, sources, ..base }, warnings))
+        Ok((Material { name: name.to_owned(), kind, axes, density, ..base }, warnings))
+    }
+
+    /// The material it is like, with what this table changes on every axis of it: an index makes it isotropic, an absorption is
+    /// that of all axes.
+    fn base(&self, absorption: Option<&Absorption>) -> Result<Option<Material>, Error> {
+        let Some(like) = &self.like else { return Ok(None) };
+        let mut base = Catalogue::builtin().get(like)?.clone();
+        if !self.models().is_empty() {
+            return Ok(Some(base.isotropic()));
+        }
+        if self.extraordinary.is_some() && base.axes.len() > 1 {
+            let expected = format!("'{like}' is biaxial and has three axes; give principal without like");
+            return Err(Error::value("extraordinary", "given", expected));
+        }
+        if let Some(absorption) = absorption {
+            base.axes.iter_mut().for_each(|axis| axis.absorption = absorption.clone());
+        }
+        Ok(Some(base))
     }
 
     /// `principal = [{…}, {…}, {…}]`.
@@ -228,22 +241,20 @@ impl MaterialSpec {
 
     /// The optics along one axis of a crystal.
     fn axis(&self, what: &str, resolve: Resolve<'_>, warnings: &mut Vec<Warning>) -> Result<Axis, Error> {
-        let optics = MaterialSpec {
-            like: None,
-            conductor: None,
-            density: None,
-            extraordinary: None,
-            principal: None,
-            ..self.clone()
-        };
+        let other = self.like.is_some()
+            || self.density.is_some()
+            || self.extraordinary.is_some()
+            || self.principal.is_some();
         let expected = "an axis of a crystal has one of index, cauchy, measured, sellmeier, pole and index_table, and perhaps absorption";
-        if optics != *self || self.models().len() != 1 {
+        if other || self.conductor.is_some() || self.models().len() != 1 {
             return Err(Error::value(what, "this table", expected));
         }
+        let field = |error| prefixed(&format!("{what}."), error);
         let (dispersion, remarks) =
-            self.dispersion()?.ok_or_else(|| Error::value(what, "nothing", expected))?;
+            self.dispersion().map_err(field)?.ok_or_else(|| Error::value(what, "nothing", expected))?;
         warnings.extend(remarks);
-        Ok(Axis { dispersion, absorption: self.absorption(resolve)?.unwrap_or_default() })
+        let absorption = self.absorption(resolve).map_err(field)?.unwrap_or_default();
+        Ok(Axis { dispersion, absorption })
     }
 
     fn absorption(&self, resolve: Resolve<'_>) -> Result<Option<Absorption>, Error> {

@@ -2,47 +2,57 @@
 
 use gemtrace::Error;
 use spectral_core::cie::Illuminant;
-use spectral_core::color::{Response, srgb_encode};
+use spectral_core::color::{Response, RgbSpace, bradford, matrix::apply, srgb_encode};
 use spectral_core::fresnel::conductor;
 use spectral_core::material::Material;
 use spectral_core::wavelength::WavelengthGrid;
 
-/// Thickness of the slab that is looked through, mm.
-const THICKNESS: f64 = 5.0;
-
-/// What the colour of something to look through is the colour of, for people.
-pub const TRANSMITTED: &str = "sRGB, D65 through 5 mm, surfaces left out";
 /// What the colour of a metal is.
 pub const REFLECTED: &str = "sRGB, D65 reflected at normal incidence";
 
-/// A material's colour under D65.
-pub struct Appearance {
-    /// Linear sRGB; components outside 0–1 are outside the space.
-    pub linear: [f64; 3],
-    /// Which light this is: [`TRANSMITTED`] or [`REFLECTED`].
-    pub meaning: &'static str,
+/// What the colour of something to look through is the colour of, for people.
+pub fn transmitted(mm: f64) -> String {
+    format!("sRGB, D65 through {mm} mm, surfaces left out")
 }
 
-impl Appearance {
-    /// The colour of D65 behind 5 mm of the material by Beer's law alone, or reflected by a metal at normal
-    /// incidence; 380–780 nm in steps of 5 nm, CIE 1931 2°.
-    pub fn of(material: &Material) -> Result<Self, Error> {
+/// A colour in linear sRGB; components outside 0–1 are outside the space.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Colour(pub [f64; 3]);
+
+impl Colour {
+    /// Light after a share of each wavelength is left of it, as an eye sees it that is adapted to the light (Bradford);
+    /// 380–780 nm in steps of 5 nm, CIE 1931 2°.
+    pub fn of(light: &Illuminant, share: impl Fn(f64) -> f64) -> Result<Self, Error> {
         let grid = WavelengthGrid::stepped(380.0, 780.0, 5.0)?;
-        let share = |nm: f64| {
-            if material.is_conductor() {
-                let fresnel = conductor(1.0, 1.0, material.index(nm), material.extinction(nm));
-                return fresnel.reflectance_s;
-            }
-            (-material.absorption(nm) * THICKNESS).exp()
+        let response = Response::new(&grid)?;
+        let xyz = |share: &dyn Fn(f64) -> f64| {
+            let left: Vec<f64> = grid.nm().iter().map(|&nm| light.at(nm) * share(nm)).collect();
+            response.to_xyz(&left)
         };
-        let light: Vec<f64> = grid.nm().iter().map(|&nm| Illuminant::D65.at(nm) * share(nm)).collect();
-        let meaning = if material.is_conductor() { REFLECTED } else { TRANSMITTED };
-        Ok(Appearance { linear: Response::new(&grid)?.to_linear_srgb(&light), meaning })
+        let white = xyz(&|_| 1.0);
+        let adapted = apply(&bradford(white, RgbSpace::Srgb.white_xyz())?, xyz(&share));
+        Ok(Colour(apply(&RgbSpace::Srgb.from_xyz(), adapted)))
+    }
+
+    /// A material's colour under D65: behind `mm` of it by Beer's law alone, of a crystal the mean of its axes, or reflected
+    /// by a metal at normal incidence.
+    pub fn of_material(material: &Material, mm: f64) -> Result<Self, Error> {
+        Colour::of(&Illuminant::D65, |nm| {
+            if material.is_conductor() {
+                return conductor(1.0, 1.0, material.index(nm), material.extinction(nm)).reflectance_s;
+            }
+            material.absorptions(nm).map(|alpha| (-alpha * mm).exp()).iter().sum::<f64>() / 3.0
+        })
+    }
+
+    /// Encoded sRGB, clipped.
+    pub fn srgb(&self) -> [u8; 3] {
+        self.0.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8)
     }
 
     /// As `#rrggbb`, clipped to sRGB.
     pub fn hex(&self) -> String {
-        let [r, g, b] = self.linear.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8);
+        let [r, g, b] = self.srgb();
         format!("#{r:02x}{g:02x}{b:02x}")
     }
 }

@@ -1,6 +1,7 @@
-//! `gemtrace materials --sheet`: the same stone in every material.
+//! Pictures of the whole catalogue: the same stone in every material, and the colours along the axes of crystals.
 
 use super::Args;
+use super::dichroscope::{Window, is_coloured, views};
 use crate::console::Console;
 use crate::progress::Onlooker;
 use gemtrace::scene_file::LoadedScene;
@@ -28,7 +29,8 @@ pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, E
     session.output.exposure = args.exposure;
     let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
     let mesh = Arc::new(mesh);
-    let materials: Vec<&Material> = Catalogue::builtin().materials().collect();
+    let names: Vec<&str> = Catalogue::builtin().names().collect();
+    let materials = names.iter().map(|name| Catalogue::builtin().get(name)).collect::<Result<Vec<_>, _>>()?;
     let mut onlooker = Onlooker::new(console, materials.len(), args.rendering.backend == registry::AUTO);
     let mut cells = Vec::new();
     for material in materials {
@@ -47,6 +49,40 @@ pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, E
     let sheet = Sheet::new(&cells, columns);
     output::write_rgb(path, sheet.width, &sheet.pixels)?;
     Ok(cells.len())
+}
+
+/// Writes the colours along the axes of every coloured crystal, seen through `mm`: a column for each axis, above by D65, below
+/// by illuminant A, each adapted to its light. Returns how many there are.
+pub fn axes(path: &Path, mm: f64) -> Result<usize, Error> {
+    output::prepare(&[path], [])?;
+    let coloured = |material: &&Material| material.is_crystal() && is_coloured(material);
+    let materials = Catalogue::builtin().materials().filter(coloured);
+    let cells = materials.map(|material| swatches(material, mm)).collect::<Result<Vec<Cell>, Error>>()?;
+    let columns = (1..).find(|n| n * n >= cells.len()).unwrap_or(1);
+    let sheet = Sheet::new(&cells, columns);
+    output::write_rgb(path, sheet.width, &sheet.pixels)?;
+    Ok(cells.len())
+}
+
+/// The colours along one crystal's axes.
+fn swatches(material: &Material, mm: f64) -> Result<Cell, Error> {
+    let views = views(material, mm)?;
+    let windows = || views.iter().flat_map(|view| &view.windows);
+    let axes = material.axis_names().iter();
+    let windows: Vec<&Window> =
+        axes.filter_map(|(name, _)| windows().find(|window| window.axis == *name)).collect();
+    let column = |x: u32| windows[x as usize * windows.len() / EDGE as usize];
+    let colour = |x: u32, y: u32| column(x).colours[usize::from(y >= EDGE / 4)].srgb();
+    let pixels = (0..EDGE / 2).flat_map(|y| (0..EDGE).map(move |x| (x, y)));
+    let pixels = pixels
+        .map(|(x, y)| {
+            let [r, g, b] = colour(x, y);
+            [r, g, b, 255]
+        })
+        .collect();
+    let names: Vec<&str> = windows.iter().map(|window| window.axis).collect();
+    let label = material.name.clone() + if material.is_approximate() { " ~" } else { "" };
+    Ok(Cell { width: EDGE, pixels, label: vec![label, names.join(" | ")] })
 }
 
 fn scene(material: &Material, mesh: &Arc<Mesh>) -> Scene {

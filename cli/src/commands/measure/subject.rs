@@ -45,6 +45,8 @@ impl Subject {
             subject.stone.width = Some(width);
         }
         if args.gemray {
+            // GemRay knows one index.
+            subject.stone.material = Arc::new(subject.stone.material.isotropic());
             subject.stone.width = Some(Conditions::GEMRAY_SCALE * subject.stone.file_width());
         }
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
