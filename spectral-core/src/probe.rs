@@ -9,7 +9,7 @@ use crate::{
     camera::{Camera, Projection},
     environment::{Environment, LatLong},
     film::Film,
-    material::Catalogue,
+    material::MaterialSpec,
     prepare::PreparedScene,
     scene::{Background, Scene, Stone},
     settings::{Leftover, RenderSettings},
@@ -28,6 +28,27 @@ const TOLERANCE: f32 = 1e-3;
 /// Number of pixels that may be wrong: correct devices may take different sides at the edge of a facet.
 const STRAY: usize = 3;
 
+/// The materials of the probe: its own, so that the expected colours do not change with the catalogue.
+const SAPPHIRE: &str = "
+    sellmeier = { b = [1.4313493, 0.65054713, 5.3414021], c = [0.005279926102, 0.014238264706, 325.017834119001] }
+    absorption = [
+        { centre = 419.21, fwhm_cm1 = 6424.5, peak = 0.088632 },
+        { centre = 591.05, fwhm_cm1 = 5755.1, peak = 0.553146 },
+    ]
+";
+const EMERALD: &str = "
+    cauchy = [1.570664, 0.004284]
+    absorption = [
+        { centre = 414.55, fwhm_cm1 = 3563.4, peak = 0.483615 },
+        { centre = 446.37, fwhm_cm1 = 2721.5, peak = 0.517401 },
+        { centre = 532.7, fwhm_cm1 = 1463.1, peak = 0.040938 },
+        { centre = 605.71, fwhm_cm1 = 2467.1, peak = 0.709164 },
+        { centre = 476.0, fwhm_cm1 = 300.0, peak = 0.1125 },
+        { centre = 683.5, fwhm_cm1 = 20.0, peak = 0.6 },
+    ]
+";
+const DIAMOND: &str = "like = 'diamond'";
+
 /// A scene and its colours.
 #[derive(Debug, Clone)]
 pub struct Subject {
@@ -44,10 +65,10 @@ pub struct Subject {
 /// # Errors
 /// None in practice; those of built-in shapes and materials.
 pub fn subjects() -> Result<[Subject; 2], Error> {
-    let alone = vec![stone("step", "sapphire", 6.5)?];
-    let mut inclusion = stone("step", "diamond", 1.6)?;
+    let alone = vec![stone("step", SAPPHIRE, 6.5)?];
+    let mut inclusion = stone("step", DIAMOND, 1.6)?;
     (inclusion.position, inclusion.rotation) = ([0.4, -0.3, -0.4].into(), [25.0, 10.0, 30.0].into());
-    let nested = vec![stone("step", "emerald", 6.5)?, inclusion];
+    let nested = vec![stone("step", EMERALD, 6.5)?, inclusion];
     Ok([
         subject("a stone alone", alone, include_str!("../data/probe/alone.csv"))?,
         subject("a stone within another", nested, include_str!("../data/probe/nested.csv"))?,
@@ -109,7 +130,12 @@ fn alike(found: &[f32; 3], expected: &[f32; 3]) -> bool {
 
 fn stone(shape: &str, material: &str, width: f64) -> Result<Stone, Error> {
     let (mesh, _) = ShapeSpec::by_name(shape)?.cut()?.solid()?;
-    let material = Catalogue::builtin().get(material)?.isotropic();
+    let spec: MaterialSpec = toml::from_str(material).map_err(|e| {
+        let (what, message) = ("the probe".to_owned(), e.to_string());
+        Error::Data { what, line: 0, message }
+    })?;
+    let no_files = |file: &str| Err(Error::value("absorption", file, "the probe's materials stand alone"));
+    let (material, _) = spec.build("probe", no_files)?;
     Ok(Stone { width: Some(width), ..Stone::new(shape, Arc::new(mesh), Arc::new(material)) })
 }
 

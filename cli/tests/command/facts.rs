@@ -128,7 +128,7 @@ fn a_crystal_is_described_along_its_axes() {
         let [red, green] = [0, 1].map(|c| number(&window["d65"]["linear_srgb"][c]));
         red / green
     };
-    assert!(red_over_green(&windows[0]) > 1.5 && red_over_green(&windows[1]) < 0.9);
+    assert!(red_over_green(&windows[0]) > 1.4 && red_over_green(&windows[1]) < 0.9);
     for part in ["biaxial +, birefringence 0.0080, 2V 42°", "along y", "1.69300", "dichroscope, 3 mm"] {
         assert!(report.text.contains(part), "{part}: {}", report.text);
     }

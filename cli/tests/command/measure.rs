@@ -220,7 +220,7 @@ fn crystals_are_turned_with_their_stones() {
     };
     let clear = "index = 1.65\nextraordinary = { index = 1.7 }";
     let [iso, leakage, missing] = figures(clear, "optic_axis = [1, 0, 0]");
-    assert!((iso + leakage - 1.0).abs() < 1e-4 && missing < 1e-4, "{iso} {leakage} {missing}");
+    assert!((iso + leakage + missing - 1.0).abs() < 1e-4 && missing < 5e-3, "{iso} {leakage} {missing}");
     // Absorbing along one axis only: a brilliant turned by a right angle is the same stone but for its crystal.
     let dark = "index = 1.65\nextraordinary = { index = 1.7, absorption = [{ constant = 0.5 }] }";
     let [across, turned, along] = [
