@@ -1,8 +1,9 @@
 //! The wavelengths of a pixel's samples in blocks of sixteen lanes: what they have in common for all pixels.
 
 use crate::{basis::Basis, medium::Medium};
-use accel::lanes::{Lanes, WIDTH};
-use spectral_core::prepare::SpectralTable;
+use accel::lanes::{Lanes, Row, WIDTH};
+use spectral_core::{lattice::choice, prepare::SpectralTable};
+use std::ops::Range;
 
 /// Sixteen spectral lines of the samples of one pixel, or of a few pixels, sorted by wavelength. Within a pixel rays part by
 /// dispersion, not by where in the pixel they began, since plane mirrors keep parallel rays parallel. So neighbours by
@@ -22,6 +23,8 @@ pub(crate) struct Block {
     pub media: Vec<Medium>,
     /// The light for a colour.
     pub basis: Basis,
+    /// By surface event: what each lane chooses one of two modes by ([`choice`]).
+    pub choices: Vec<Row>,
 }
 
 /// A spectral line of one sample's wavelength grid.
@@ -63,6 +66,37 @@ impl Block {
         lines.chunks(WIDTH).map(Self::new).collect()
     }
 
+    /// The blocks of one pixel's samples that choose modes of crystals at up to `events` surfaces. The wavelengths of a
+    /// sample choose alike, so they stay together.
+    pub fn choosing<'a>(
+        samples: Range<u32>,
+        table: impl Fn(u32) -> &'a SpectralTable,
+        events: u32,
+    ) -> Vec<Self> {
+        let lines = |sample: u32| {
+            let table = table(sample);
+            (0..table.wavelengths.len()).map(move |index| (sample, table, index))
+        };
+        let lines: Vec<Line<'_>> = samples
+            .clone()
+            .flat_map(lines)
+            .zip(0..)
+            .map(|((sample, table, index), place)| Line {
+                sample: sample - samples.start,
+                table,
+                index,
+                place,
+            })
+            .collect();
+        let mut blocks: Vec<Self> = lines.chunks(WIDTH).map(Self::new).collect();
+        for block in &mut blocks {
+            let sample = |lane: usize| samples.start + block.sample[lane];
+            let row = |event| Row(std::array::from_fn(|lane| choice(sample(lane), event) as f32));
+            block.choices = (0..=events).map(row).collect();
+        }
+        blocks
+    }
+
     fn new(lines: &[Line<'_>]) -> Self {
         let line = |lane: usize| &lines[lane.min(lines.len() - 1)];
         let materials = lines.first().map_or(0, |line| line.table.media.len());
@@ -73,6 +107,7 @@ impl Block {
             sample: std::array::from_fn(|lane| line(lane).sample),
             together: lines.iter().all(|line| line.sample == lines[0].sample),
             media: (0..materials).map(medium).collect(),
+            choices: Vec::new(),
             basis: Basis::new(|lane| &line(lane).table.basis[line(lane).index]),
         }
     }

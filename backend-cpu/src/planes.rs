@@ -101,6 +101,11 @@ impl Planes {
         Planes { blocks: search::blocks(facets), facets: bounded, sides, candidates, large }
     }
 
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.facets.len()
+    }
+
     /// The unit outward normal of a facet.
     pub fn normal(&self, facet: usize) -> [f32; 3] {
         self.facets[facet].normal
@@ -112,8 +117,8 @@ impl Planes {
         groups.as_flattened().iter().all(|side| Vec3::from(side.normal).dot(point) < side.offset)
     }
 
-    /// The exits of the `alive` ones of sixteen rays inside the stone; other lanes have any finite values. `guess` is a facet
-    /// to try first, and afterwards the last one found. [`exits`](Self::exits) is for many such packets.
+    /// The exits of the `alive` ones of sixteen rays inside the stone; other lanes have any finite values. `guesses` are
+    /// facets to try first, and afterwards the last two found. [`exits`](Self::exits) is for many such packets.
     ///
     /// There is no epsilon: a ray never approaches the facet that has just reflected it, and a ray that rounding starts beyond
     /// a plane leaves through it at distance 0.
@@ -123,14 +128,16 @@ impl Planes {
         origin: Triple<V>,
         direction: Triple<V>,
         alive: u16,
-        guess: &mut usize,
+        guesses: &mut [usize; 2],
     ) -> Exit<V> {
         let mut exit = Exit { point: origin, ..Exit::nowhere() };
         let mut open = alive;
-        let (met, inside) = self.verify(origin, direction, *guess);
-        open &= !exit.accept(&met, open & inside);
-        if open == 0 {
-            return exit;
+        for guess in *guesses {
+            let (met, inside) = self.verify(origin, direction, guess);
+            open &= !exit.accept(&met, open & inside);
+            if open == 0 {
+                return exit;
+            }
         }
         let rows = [origin.stored(), direction.stored()];
         while open != 0 {
@@ -144,7 +151,7 @@ impl Planes {
                 let (met, inside) = self.verify(origin, direction, facet);
                 // The result of a search needs no verification.
                 open &= !exit.accept(&met, open & (inside | 1 << lane));
-                *guess = facet;
+                *guesses = [facet, guesses[0]];
                 if open == 0 {
                     return exit;
                 }

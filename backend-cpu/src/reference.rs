@@ -73,7 +73,8 @@ impl TileTracer for Reference {
             let meets = self.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
             let energy = Energy { started: scene.wavelength_count() as f64, ..Energy::default() };
             let table = scene.table(sample);
-            let mut walk = Walk { reference: self, table, line: 0, pending: Vec::new(), rays: 0, energy };
+            let mut walk =
+                Walk { reference: self, table, sample, line: 0, pending: Vec::new(), rays: 0, energy };
             for line in 0..scene.wavelength_count() {
                 if !meets && scene.background == Background::Transparent {
                     radiances.push(0.0);
@@ -143,6 +144,8 @@ impl Light {
 struct Walk<'a> {
     reference: &'a Reference,
     table: &'a SpectralTable,
+    /// The pixel's sample.
+    sample: u32,
     /// The wavelength in the table.
     line: usize,
     /// Rays still to be followed, in no particular order.

@@ -38,7 +38,7 @@ pub(crate) struct Tree {
     max_depth: u32,
     threshold: f32,
     leftover: Leftover,
-    /// A mode lighter than this gives its weight to its sibling.
+    /// Of two modes of which one is lighter than this, one is followed for both.
     split: f32,
     polarized: bool,
     /// Whether any stone is a crystal.
@@ -151,7 +151,12 @@ fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
 
 impl TileTracer for TreeTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
-        let blocks = Block::all(1, samples.clone().map(|sample| self.scene.table(sample)));
+        let table = |sample| self.scene.table(sample);
+        let blocks = if self.tree.crystals {
+            Block::choosing(samples.clone(), table, self.tree.max_depth)
+        } else {
+            Block::all(1, samples.clone().map(table))
+        };
         let rays = self.scene.camera_rays(tile, samples.clone());
         let arrival = |(_, ray): (u32, CameraRay)| if stop() { None } else { Some(self.arrival(&ray)) };
         let arrivals: Vec<Arrival> = rays.map(arrival).collect::<Option<_>>()?;

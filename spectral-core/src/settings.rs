@@ -104,8 +104,9 @@ pub struct RenderSettings {
     pub leftover: Leftover,
     /// A ray inside a stone whose throughput falls below this is spent. 0 traces every ray to `max_depth`.
     pub threshold: f64,
-    /// In a crystal, where an event sends on two modes on one side: the weight below which a mode is not followed, and its
-    /// sibling takes the weight. Energy stays exact. 0 follows every mode down to `threshold`.
+    /// In a crystal, where an event sends on two modes on one side: if one has less weight than this, one of them is followed
+    /// with the weight of both, by [`choice`](crate::lattice::choice) in proportion to their weights. Energy stays exact. 0
+    /// follows every mode down to `threshold`.
     pub split: f64,
     /// Carry a Stokes vector (true), or average s and p at every event (false, the classical algorithm).
     pub polarized: bool,
@@ -134,9 +135,9 @@ impl RenderSettings {
         // of many samples differ, and eight wavelengths carry every colour exactly; more would cost samples. Normal is
         // the least work that brings 95 % of a diamond's pixels under lamps within ΔE00 1 of the converged picture.
         let (samples, count, tolerance, max_depth, threshold, split) = match quality {
-            Quality::Draft => (1, 16, 0.0, 24, 1e-2, 1e-1),
-            Quality::Normal => (729, 8, 0.6, 64, 1e-4, 1e-2),
-            Quality::Final => (2187, 8, 0.3, 256, 1e-5, 1e-3),
+            Quality::Draft => (1, 16, 0.0, 24, 1e-2, 0.25),
+            Quality::Normal => (729, 8, 0.6, 64, 1e-4, 0.25),
+            Quality::Final => (2187, 8, 0.3, 256, 1e-5, 0.1),
         };
         let kept = self.spectral || !self.wavelengths.can_jitter();
         let wavelengths = if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(count) };

@@ -46,7 +46,7 @@ impl Task for Guesses<'_> {
         for guess in 0..count {
             // The whole packet, and each half by itself.
             for lanes in [0xffff, 0x00ff, 0xff00] {
-                let mut guess = guess;
+                let mut guess = [guess; 2];
                 let exit = chain.planes.exit(origin, direction, lanes, &mut guess);
                 let [x, y, z] = exit.point.stored();
                 results.push([x, y, z, exit.distance.stored()]);
@@ -113,7 +113,7 @@ impl Task for Company<'_> {
         self.0.planes.exits(self.1, &mut exits);
         for (beam, exit) in self.1.iter().zip(&exits) {
             let [origin, direction] = [&beam.origin, &beam.direction].map(Triple::<V>::load);
-            let alone = self.0.planes.exit(origin, direction, beam.alive, &mut 0);
+            let alone = self.0.planes.exit(origin, direction, beam.alive, &mut [0; 2]);
             for (found, expected) in [(exit.point, alone.point), (exit.normal, alone.normal)] {
                 for (found, expected) in found.stored().into_iter().zip(expected.stored()) {
                     for lane in (0..WIDTH).filter(|lane| beam.alive >> lane & 1 == 1) {
@@ -152,7 +152,7 @@ fn a_start_beyond_a_plane_leaves_through_it_at_once() {
         #[inline(always)]
         fn run<V: Lanes>(self) -> Self::Output {
             let (origin, direction) = (Triple::<V>::splat(self.1), Triple::splat(self.2));
-            let exit = self.0.planes.exit(origin, direction, 1, &mut 0);
+            let exit = self.0.planes.exit(origin, direction, 1, &mut [0; 2]);
             let normal = exit.normal.stored();
             (exit.distance.lane(0), normal.map(|row| row.0[0]))
         }

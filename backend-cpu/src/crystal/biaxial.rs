@@ -21,10 +21,10 @@ pub(super) struct Biaxial {
 /// Newton's method settles within so many steps in single precision, for the strongest crystals.
 const STEPS: usize = 6;
 /// The last step is at most this long; its square is below rounding.
-const SETTLED: f32 = 1e-4;
+const SETTLED: f32 = 5e-4;
 /// Below this |a × N| is rounding error.
 const ON_AXIS: f32 = 1e-7;
-/// Below this N·n or the slope of the sheet is left to double precision.
+/// Below this N·n is left to double precision.
 const GRAZING: f32 = 3e-3;
 
 /// N²(D·E) is D² but for so much of it.
@@ -44,11 +44,11 @@ struct Beside<V> {
     across_n: Triple<V>,
 }
 
-/// At some ζ: a·N and its slope a·n, |a × N|, and (a × N)·(a × n).
+/// At some ζ: a·N and its slope a·n, |a × N|² and half its slope.
 struct Angle<V> {
     along: V,
     slope: V,
-    across: V,
+    across2: V,
     widens: V,
 }
 
@@ -59,7 +59,7 @@ impl<V: Lanes> Beside<V> {
         Angle {
             along: self.along_n.fma(zeta, self.along_q),
             slope: self.along_n,
-            across: vector.dot(vector).sqrt().max(V::splat(ON_AXIS)),
+            across2: vector.dot(vector),
             widens: vector.dot(self.across_n),
         }
     }
@@ -105,6 +105,8 @@ impl Biaxial {
     }
 
     /// ζ on a sheet: the root of G∓(q + ζn) = 1 by Newton's method.
+    ///
+    /// With R = √P, P = |a₁ × N|²|a₂ × N|², a step is (G − 1)R/((2Aζ + B(…)′)R ± ½BP′): one root and one division.
     #[inline(always)]
     fn newton<V: Lanes>(&self, surface: &Surface<V>, start: V, sign: f32, side: f32) -> (V, V::Mask) {
         let (one, sign) = (V::splat(1.0), V::splat(sign));
@@ -116,22 +118,20 @@ impl Biaxial {
         let mut open = V::Mask::from_bits(u16::MAX);
         for _ in 0..STEPS {
             let (first, second) = (first.at(zeta), second.at(zeta));
-            let product = first.across * second.across;
-            // (|a₁ × N||a₂ × N|)′, with one division for both.
-            let (squares, other) = (second.across * second.across, first.across * first.across);
-            let widening = first.widens.fma(squares, second.widens * other) / product;
-            let value = b.fma(sign.fma(product, first.along * second.along), a.fma(zeta * zeta, a * *q2));
+            let root = (first.across2 * second.across2).max(V::splat(ON_AXIS * ON_AXIS)).sqrt();
+            let widening = first.widens.fma(second.across2, second.widens * first.across2);
+            let value = b.fma(sign.fma(root, first.along * second.along), a.fma(zeta * zeta, a * *q2));
             let both = first.slope.fma(second.along, first.along * second.slope);
-            let rises = b.fma(sign.fma(widening, both), (a + a) * zeta);
+            let rises = b.fma(both, (a + a) * zeta).fma(root, b * sign * widening);
             slope = V::select(open, rises, slope);
-            step = V::select(open, (value - one) / rises, step);
+            step = V::select(open, (value - one) * root / rises, step);
             zeta = V::select(open, zeta - step, zeta);
             open = open & !step.abs().lt(V::splat(SETTLED));
             if open.bits() == 0 {
                 break;
             }
         }
-        (zeta, !open & V::splat(GRAZING).lt(slope * V::splat(side)))
+        (zeta, !open & V::splat(0.0).lt(slope * V::splat(side)))
     }
 
     /// u = a × N/|a × N|.

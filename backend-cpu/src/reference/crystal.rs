@@ -4,6 +4,7 @@ use super::{Light, Ray, Walk, surface::Crossing};
 use glam::DVec3;
 use spectral_core::{
     crystal::{Crystal, Incidence, Wave, from_mode, into_mode, reflected},
+    lattice::choice,
     prepare::Medium,
     stokes::{StokesRow, align},
 };
@@ -87,12 +88,14 @@ impl Walk<'_> {
         Light::Row { row, axis: at.s }
     }
 
-    /// Two modes on one side of a surface. One that is lighter than `split` is not followed: its sibling takes its weight.
+    /// Two modes on one side of a surface. If one is lighter than `split` only one of them is followed, with the weight of
+    /// both: each is chosen in proportion to its weight.
     fn go_on_as_modes(&mut self, from: Ray, mut weights: [f64; 2], waves: &[Wave; 2]) {
-        let lighter = usize::from(weights[1] < weights[0]);
-        if weights[lighter] < self.reference.scene.settings.split {
-            weights[1 - lighter] += weights[lighter];
-            weights[lighter] = 0.0;
+        let [first, second] = weights;
+        if first.min(second) < self.reference.scene.settings.split {
+            let taken = usize::from(choice(self.sample, from.depth - 1) * (first + second) >= first);
+            weights[taken] = first + second;
+            weights[1 - taken] = 0.0;
         }
         for (&weight, &wave) in weights.iter().zip(waves).filter(|(_, wave)| wave.propagates()) {
             let mode = Mode { weight, wave };

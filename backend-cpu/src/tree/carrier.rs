@@ -2,6 +2,7 @@
 
 use super::packet::{Event, Packet, Walk};
 use crate::{
+    block::Block,
     crystal::{self, Beam, Mode, Scattered},
     incidence::{Incidence, Reflection},
     medium::{Interface, Medium},
@@ -38,6 +39,7 @@ pub(super) trait Carrier<V: Lanes>: Throughput<V> {
     #[inline(always)]
     fn send_on_at_crystal(
         _walk: &mut Walk<'_, V, Self>,
+        _block: &Block,
         _packet: &Packet<V, Self>,
         _event: &Event<V>,
         _lanes: u16,
@@ -159,6 +161,7 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
     #[inline(always)]
     fn send_on_at_crystal(
         walk: &mut Walk<'_, V, Self>,
+        block: &Block,
         packet: &Packet<V, Self>,
         event: &Event<V>,
         lanes: u16,
@@ -166,13 +169,14 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
     ) -> bool {
         let [here, beyond] = [media.here, media.beyond].map(|medium| medium?.crystal.as_deref());
         let carried = &packet.throughput;
+        let choice = V::load(&block.choices[packet.depth as usize]);
         match (carried.mode, here, beyond) {
             (Some(mode), Some(crystal), other) => {
                 let beam = (carried.wave, carried.intensity());
                 let sent = crystal::leave(crystal, mode, beam, event.normal, media.beyond, lanes);
-                walk.push_modes(packet, event, &sent.back, lanes, false);
+                walk.push_modes(choice, packet, event, &sent.back, lanes, false);
                 if other.is_some() {
-                    walk.push_modes(packet, event, &sent.on, lanes, true);
+                    walk.push_modes(choice, packet, event, &sent.on, lanes, true);
                 } else {
                     walk.push_row(packet, event, &sent, lanes, true);
                 }
@@ -181,7 +185,7 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
                 let sent =
                     crystal::enter(crystal, carried.row, packet.direction, event.normal, media.here, lanes);
                 walk.push_row(packet, event, &sent, lanes, false);
-                walk.push_modes(packet, event, &sent.on, lanes, true);
+                walk.push_modes(choice, packet, event, &sent.on, lanes, true);
             }
             // A mode travels in a crystal only.
             (None, _, None) | (Some(_), None, _) => return false,
@@ -211,14 +215,15 @@ impl<V: Lanes> Walk<'_, V, Mixed<V>> {
         let throughput = Mixed { mode: None, ..packet.throughput }.with(sent.row);
         let child = Self::child(packet, event, through);
         let left = left.map(|(rank, _)| rank);
-        self.push(Packet { direction: sent.direction, throughput, lanes, left, ..child });
+        self.push(Packet { direction: sent.direction, throughput, lanes, left, ..child }, 4);
     }
 
-    /// Stacks two modes on one side of a surface. One that is lighter than `split` is not followed: its sibling takes its
-    /// weight.
+    /// Stacks two modes on one side of a surface. If one is lighter than `split` only one of them is followed, with the weight
+    /// of both: each is chosen in proportion to its weight.
     #[inline(always)]
     fn push_modes(
         &mut self,
+        choice: V,
         packet: &Packet<V, Mixed<V>>,
         event: &Event<V>,
         beams: &[Beam<V>; 2],
@@ -227,19 +232,20 @@ impl<V: Lanes> Walk<'_, V, Mixed<V>> {
     ) {
         let [first, second] = [beams[0].weight, beams[1].weight];
         let (split, zero) = (V::splat(self.tree.split), V::splat(0.0));
-        let folds = first.min(second).lt(split);
-        let second_is_lighter = second.lt(first);
+        let chooses = first.min(second).lt(split);
         let sum = first + second;
+        let takes_first = (choice * sum).lt(first);
         let weights = [
-            V::select(folds, V::select(second_is_lighter, sum, zero), first),
-            V::select(folds, V::select(second_is_lighter, zero, sum), second),
+            V::select(chooses, V::select(takes_first, sum, zero), first),
+            V::select(chooses, V::select(takes_first, zero, sum), second),
         ];
         // The first mode is followed first.
         for mode in [1, 0] {
             let Beam { normal, ray, .. } = beams[mode];
             let throughput = packet.throughput.in_mode(mode, normal, weights[mode]);
             let child = Self::child(packet, event, through);
-            self.push(Packet { direction: ray, throughput, lanes, ..child });
+            let branch = 2 * u32::from(through) + mode as u32;
+            self.push(Packet { direction: ray, throughput, lanes, ..child }, branch);
         }
     }
 }

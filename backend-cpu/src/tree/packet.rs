@@ -34,6 +34,8 @@ pub(super) struct Packet<V, T> {
     pub nest: Nest,
     /// Surface events so far.
     pub depth: u32,
+    /// The way here, as a number that tells it from others: which of each event's rays it is.
+    pub path: u32,
     /// The stone apart from all others that they have just left.
     pub left: Option<Rank>,
 }
@@ -58,9 +60,15 @@ pub(super) struct Walk<'a, V, T> {
     stack: Vec<Packet<V, T>>,
     /// Room for the search in the hierarchy.
     pending: Pending<V>,
-    /// By rank: a facet to try first.
-    guesses: Vec<usize>,
+    /// By a packet's path: two facets to try first. Neighbouring wavelengths and pixels mostly meet the same facets.
+    guesses: [[usize; 2]; GUESSES],
 }
+
+/// Paths with a guess each; others share theirs.
+const GUESSES: usize = 1 << GUESS_BITS;
+const GUESS_BITS: u32 = 10;
+/// At most so many rays come from an event.
+const BRANCHES: u32 = 5;
 
 /// [`Walk::arrive`] as a function of its own.
 struct Arrive<'b, 'a, V, T> {
@@ -90,7 +98,7 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
             stop,
             stack: Vec::new(),
             pending: Vec::new(),
-            guesses: vec![0; tree.alone.len()],
+            guesses: [[0; 2]; GUESSES],
         }
     }
 
@@ -131,6 +139,7 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
                 lanes,
                 nest: Nest::default(),
                 depth: 0,
+                path: 0,
                 left: None,
             };
             self.part(block, &packet, &crossings, &mut sum);
@@ -150,7 +159,12 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
     #[inline(always)]
     fn go_on(&mut self, block: &Block, mut packet: Packet<V, T>, sum: &mut V) {
         if let Some((rank, planes)) = self.tree.planes(packet.nest) {
-            let guess = &mut self.guesses[rank as usize];
+            // Fibonacci hashing; stones have facets in different numbers.
+            let slot =
+                packet.path.wrapping_add(u32::from(rank)).wrapping_mul(0x9e37_79b9) >> (32 - GUESS_BITS);
+            let guess = &mut self.guesses[slot as usize];
+            let last = planes.count() - 1;
+            *guess = [guess[0].min(last), guess[1].min(last)];
             let exit = planes.exit(packet.origin, packet.direction, packet.lanes, guess);
             let event = Event {
                 lanes: packet.lanes,
@@ -254,7 +268,7 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
         if before.is_empty() {
             lanes = self.surviving(lanes, packet.throughput.intensity());
         }
-        if !T::send_on_at_crystal(self, &packet, event, lanes, &media) {
+        if !T::send_on_at_crystal(self, block, &packet, event, lanes, &media) {
             self.send_on(&packet, event, lanes, &media);
         }
     }
@@ -270,24 +284,25 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
         if media.is_opaque() {
             let throughput = throughput.mirrored(direction, normal, &media.metal(cosine));
             let direction = normal.fnma(cosine + cosine, direction).renormalized();
-            self.push(Packet { direction, throughput, lanes, nest: before, ..child });
+            self.push(Packet { direction, throughput, lanes, nest: before, ..child }, 0);
             return;
         }
         let at = media.incidence(cosine);
         let [back, on] = throughput.split(direction, normal, &at);
         let mirrored = at.reflected(direction, normal);
-        self.push(Packet { direction: mirrored, throughput: back, lanes, nest: before, ..child });
+        self.push(Packet { direction: mirrored, throughput: back, lanes, nest: before, ..child }, 0);
         let through = lanes & !at.total.bits();
         if through != 0 {
             let left = self.tree.planes(before).filter(|_| after.is_empty()).map(|(rank, _)| rank);
             let direction = at.refracted(direction, normal);
-            self.push(Packet { direction, throughput: on, lanes: through, nest: after, left, ..child });
+            self.push(Packet { direction, throughput: on, lanes: through, nest: after, left, ..child }, 1);
         }
     }
 
-    /// Stacks a packet without the lanes that carry nothing and, inside a stone, without those below the threshold.
+    /// Stacks a packet, ray `branch` of its event, without the lanes that carry nothing and, inside a stone, without those below the threshold.
     #[inline(always)]
-    pub fn push(&mut self, mut packet: Packet<V, T>) {
+    pub fn push(&mut self, mut packet: Packet<V, T>, branch: u32) {
+        packet.path = packet.path.wrapping_mul(BRANCHES).wrapping_add(branch);
         let intensity = packet.throughput.intensity();
         packet.lanes &= V::splat(0.0).lt(intensity).bits();
         if !packet.nest.is_empty() {

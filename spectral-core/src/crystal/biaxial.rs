@@ -95,12 +95,21 @@ impl Biaxial {
 
     fn sheet_by_sheet(&self, q: Real3, n: Real3, side: f64) -> Option<[Wave; 2]> {
         let start = root(self.middle - dot(q, q)) * side;
-        let found = [Sheet::Fast, Sheet::Slow].map(|sheet| {
+        let from = |sheet, start| {
             let (zeta, across) = self.newton(sheet, q, n, start)?;
             let wave = self.wave(sheet, &at(q, n, zeta), n, &across);
             (wave.flux * side > 0.0 || zeta.im * side > 1e-9).then_some(wave)
-        });
+        };
+        let mut found = [Sheet::Fast, Sheet::Slow].map(|sheet| from(sheet, start));
+        if let ([None, Some(slow)], true) = (&found, start.re != 0.0)
+            && slow.propagates()
+        {
+            // In complex numbers the sheets are one surface: what propagates is the wave of the other.
+            let beyond = self.evanescent(q, n, start.re).and_then(|start| from(Sheet::Fast, start));
+            found[0] = beyond.filter(|wave| !wave.propagates() && !parallel(&wave.electric, &slow.electric));
+        }
         match found {
+            [Some(fast), Some(slow)] if fast.propagates() != slow.propagates() => Some([fast, slow]),
             [Some(fast), Some(slow)] if start.re != 0.0 => {
                 // On an axis whose cone the surface cuts, the two are a wave and its reflection.
                 Some(share_power(fast, slow, n))
@@ -110,6 +119,16 @@ impl Biaxial {
             [Some(fast), Some(slow)] if !parallel(&fast.electric, &slow.electric) => Some([fast, slow]),
             _ => None,
         }
+    }
+
+    /// About where ζ is if the sheet of the smaller index is missed from `start`: the root of G's parabola there, whose
+    /// curvature is nearly 2A.
+    fn evanescent(&self, q: Real3, n: Real3, start: f64) -> Option<Complex64> {
+        let at_start = at(q, n, Complex64::from(start));
+        let [value, slope] = self.surface(Sheet::Fast, &at_start, n, &mut [Complex64::ONE; 2]);
+        let centre = slope.re / (2.0 * self.sheet[0]);
+        let height = (value.re - 1.0) / self.sheet[0] - centre * centre;
+        (height > 0.0).then(|| Complex64::new(start - centre, height.sqrt() * start.signum()))
     }
 
     /// G, ∂G/∂ζ and the wave's D ∥ u₁ ± u₂, u = a × N/|a × N|, at N. `across` are |a₁ × N| and |a₂ × N| at the point
@@ -154,7 +173,7 @@ impl Biaxial {
             let [value, slope] = self.surface(sheet, &at(q, n, zeta), n, &mut across);
             let step = (value - 1.0) / slope;
             zeta -= step;
-            if step.norm() <= 1e-13 {
+            if step.norm_sqr() <= 1e-26 {
                 // From a complex start a real root is met but for rounding.
                 let real = zeta.im.abs() <= 1e-12;
                 return Some((if real { Complex64::from(zeta.re) } else { zeta }, across));
