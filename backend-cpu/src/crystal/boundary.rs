@@ -104,10 +104,20 @@ impl<V: Lanes> Plane<V> {
     }
 }
 
-/// A number z that is real or imaginary: √(n_i² − q²).
-struct Root<V> {
+/// z = √(n_i² − q²), real, or imaginary where reflection is total.
+struct Root<V: Lanes> {
     re: V,
     im: V,
+    total: V::Mask,
+}
+
+impl<V: Lanes> Root<V> {
+    #[inline(always)]
+    fn new(square: V) -> Self {
+        let zero = V::splat(0.0);
+        let (total, size) = (!zero.lt(square), square.abs().sqrt());
+        Root { re: V::select(total, zero, size), im: V::select(total, size, zero), total }
+    }
 }
 
 type Complex<V> = [V; 2];
@@ -148,45 +158,62 @@ pub(super) fn leave<V: Lanes>(
     let s = unit(n.cross(Triple::select(steep, q, incident.electric)));
     let plane = Plane { s, u: s.cross(n) };
     let (back, regular) = crystal.waves(q, n, -1.0);
-    let permittivity = beyond * beyond;
-    let cos2 = permittivity - q2;
-    let (total, size) = (!zero.lt(cos2), cos2.abs().sqrt());
-    let z = Root { re: V::select(total, zero, size), im: V::select(total, size, zero) };
-    let [one_in, one_back, two_back] =
-        [plane.fields(&incident), plane.fields(&back[0]), plane.fields(&back[1])];
-    let (alpha_in, beta_in) = outward(&one_in, &z, permittivity);
-    let (alpha_one, beta_one) = outward(&one_back, &z, permittivity);
-    let (alpha_two, beta_two) = outward(&two_back, &z, permittivity);
-    let divisor = determinant(alpha_one, alpha_two, beta_one, beta_two);
-    let inverse = one / norm_sqr(divisor);
-    let first = determinant(alpha_two, alpha_in, beta_two, beta_in);
-    let second = determinant(alpha_in, alpha_one, beta_in, beta_one);
-    let flux_in = incident.poynting().dot(n);
-    let (ray_one, ray_two) = (back[0].poynting(), back[1].poynting());
-    let (flux_one, flux_two) = (-ray_one.dot(n), -ray_two.dot(n));
-    let share = weight * inverse / flux_in;
-    let (power_one, power_two) = (norm_sqr(first) * share * flux_one, norm_sqr(second) * share * flux_two);
+    let z = Root::new(beyond * beyond - q2);
+    let fields = [plane.fields(&incident), plane.fields(&back[0]), plane.fields(&back[1])];
+    let [first, second, divisor] = reflections(&fields, &z, beyond * beyond);
+    let flux = incident.poynting().dot(n);
+    let rays = [back[0].poynting(), back[1].poynting()];
+    let (flux_one, flux_two) = (-rays[0].dot(n), -rays[1].dot(n));
+    let share = weight * (one / norm_sqr(divisor)) / flux;
+    let powers = [norm_sqr(first) * share * flux_one, norm_sqr(second) * share * flux_two];
     // Where light gets out everything is real.
-    let over = one / V::select(total, one, divisor[0]);
+    let over = one / V::select(z.total, one, divisor[0]);
     let (first, second) = (first[0] * over, second[0] * over);
-    let root = (z.re / flux_in).max(zero).sqrt();
-    let b_s = second.fma(two_back[1], first.fma(one_back[1], one_in[1])) * root;
-    let b_p = second.fma(two_back[3], first.fma(one_back[3], one_in[3])) * root / beyond;
-    let (ss, pp) = (b_s * b_s * weight, b_p * b_p * weight);
-    let through = V::select(total, zero, ss + pp);
+    let root = (z.re / flux).max(zero).sqrt();
+    let b_s = second.fma(fields[2][1], first.fma(fields[1][1], fields[0][1])) * root;
+    let b_p = second.fma(fields[2][3], first.fma(fields[1][3], fields[0][3])) * root / beyond;
+    let [through, difference, cross] = sent(b_s, b_p, weight, z.total);
     // Rounding leaves 1e-6 of the energy over; no path of a hundred events may gather it.
-    let exact = weight / (power_one + power_two + through);
-    let (difference, cross) = (V::select(total, zero, ss - pp), (b_s + b_s) * b_p * weight);
-    let cross = V::select(total, zero, cross);
+    let exact = weight / (powers[0] + powers[1] + through);
     let row = Polarized { row: [through * exact, difference * exact, cross * exact, zero], axis: s };
     let direction = n.fma(z.re, q).scaled(one / beyond).renormalized();
-    let beams = [
-        Beam { normal: back[0].normal, ray: unit(ray_one), weight: power_one * exact },
-        Beam { normal: back[1].normal, ray: unit(ray_two), weight: power_two * exact },
-    ];
-    let least = flux_in.min(flux_one).min(flux_two);
-    let served = known & regular & V::splat(FAINT).lt(least);
-    (Scattered { back: beams, row, direction, ..Scattered::none() }, served)
+    let back = beams(&back, &rays, [powers[0] * exact, powers[1] * exact]);
+    let served = known & regular & V::splat(FAINT).lt(flux.min(flux_one).min(flux_two));
+    (Scattered { back, row, direction, ..Scattered::none() }, served)
+}
+
+/// The numerators of both reflected amplitudes, and their divisor, of the fields of the incident and the reflected waves.
+#[inline(always)]
+fn reflections<V: Lanes>(fields: &[[V; 4]; 3], z: &Root<V>, permittivity: V) -> [Complex<V>; 3] {
+    let (alpha, beta) = outward(&fields[0], z, permittivity);
+    let (alpha_one, beta_one) = outward(&fields[1], z, permittivity);
+    let (alpha_two, beta_two) = outward(&fields[2], z, permittivity);
+    [
+        determinant(alpha_two, alpha, beta_two, beta),
+        determinant(alpha, alpha_one, beta, beta_one),
+        determinant(alpha_one, alpha_two, beta_one, beta_two),
+    ]
+}
+
+/// I, Q and U of a row of real amplitudes b_s and b_p; nothing where reflection is total.
+#[inline(always)]
+fn sent<V: Lanes>(b_s: V, b_p: V, weight: V, total: V::Mask) -> [V; 3] {
+    let zero = V::splat(0.0);
+    let (ss, pp) = (b_s * b_s * weight, b_p * b_p * weight);
+    [
+        V::select(total, zero, ss + pp),
+        V::select(total, zero, ss - pp),
+        V::select(total, zero, (b_s + b_s) * b_p * weight),
+    ]
+}
+
+/// Waves with their rays, not yet of unit length, as modes of these weights.
+#[inline(always)]
+fn beams<V: Lanes>(waves: &[Wave<V>; 2], rays: &[Triple<V>; 2], weights: [V; 2]) -> [Beam<V>; 2] {
+    [
+        Beam { normal: waves[0].normal, ray: unit(rays[0]), weight: weights[0] },
+        Beam { normal: waves[1].normal, ray: unit(rays[1]), weight: weights[1] },
+    ]
 }
 
 /// α = H_u + zE_s, β = zH_s − n_i²E_u.
@@ -207,12 +234,34 @@ pub(super) fn enter<V: Lanes>(
     let (zero, one) = (V::splat(0.0), V::splat(1.0));
     let cosine = n.dot_unfused(direction);
     let q = n.fnma(cosine, direction).scaled(here);
-    let (permittivity, z) = (here * here, cosine * here);
+    let z = cosine * here;
     let row = row.aligned(direction, n);
     let s = unit(n.fnma(n.dot(row.axis), row.axis));
     let plane = Plane { s, u: s.cross(n) };
     let (on, regular) = crystal.waves(q, n, 1.0);
-    let (first, second) = (plane.fields(&on[0]), plane.fields(&on[1]));
+    let (t_s, t_p, jones) = transmissions(&[plane.fields(&on[0]), plane.fields(&on[1])], here, z);
+    let rays = [on[0].poynting(), on[1].poynting()];
+    let flux = [rays[0].dot(n), rays[1].dot(n)];
+    let (over, power) = (one / here, one / z);
+    let first = into_mode(&row.row, t_s[0], t_p[0] * over) * flux[0] * power;
+    let second = into_mode(&row.row, t_s[1], t_p[1] * over) * flux[1] * power;
+    let back = mirrored(&row.row, &jones);
+    let sum = back[0] + first + second;
+    let exact = V::select(zero.lt(sum), row.row[0] / sum, zero);
+    let components = [back[0] * exact, back[1] * exact, back[2] * exact, back[3] * exact];
+    let row = Polarized { row: components, axis: row.axis };
+    let direction = n.fnma(cosine + cosine, direction).renormalized();
+    let on = beams(&on, &rays, [first * exact, second * exact]);
+    let served = regular & V::splat(FAINT).lt(z.min(flux[0]).min(flux[1]));
+    (Scattered { on, row, direction, ..Scattered::none() }, served)
+}
+
+/// The amplitudes of both waves for incident s and for incident p, in the units of their fields, and the Jones matrix of the
+/// reflection, from the incident polarisation to the outgoing one.
+#[inline(always)]
+fn transmissions<V: Lanes>(fields: &[[V; 4]; 2], here: V, z: V) -> ([V; 2], [V; 2], [[V; 2]; 2]) {
+    let (permittivity, one) = (here * here, V::splat(1.0));
+    let [first, second] = fields;
     // α = H_u − zE_s, β = zH_s + n_i²E_u.
     let (a1, a2) = (z.fnma(first[1], first[2]), z.fnma(second[1], second[2]));
     let b1 = permittivity.fma(first[0], z * first[3]);
@@ -222,28 +271,11 @@ pub(super) fn enter<V: Lanes>(
     let inverse = inverse * permittivity;
     let t_p = [-(a2 * inverse), a1 * inverse];
     let over = one / here;
-    let back_s = [t_s[0].fma(first[1], t_s[1] * second[1]), t_s[0].fma(first[3], t_s[1] * second[3]) * over];
-    let back_p = [t_p[0].fma(first[1], t_p[1] * second[1]) * over, t_p[0].fma(first[3], t_p[1] * second[3])];
-    // From the incident polarisation to the outgoing one.
-    let jones = [[back_s[0] - one, back_s[1]], [back_p[0], back_p[1] * over * over - one]];
-    let rays = [on[0].poynting(), on[1].poynting()];
-    let flux = [rays[0].dot(n), rays[1].dot(n)];
-    let power = one / z;
-    let weights = [
-        into_mode(&row.row, t_s[0], t_p[0] * over) * flux[0] * power,
-        into_mode(&row.row, t_s[1], t_p[1] * over) * flux[1] * power,
-    ];
-    let [i, q_, u, v] = mirrored(&row.row, &jones);
-    let sum = i + weights[0] + weights[1];
-    let exact = V::select(zero.lt(sum), row.row[0] / sum, zero);
-    let row = Polarized { row: [i * exact, q_ * exact, u * exact, v * exact], axis: row.axis };
-    let mirrored = n.fnma(cosine + cosine, direction).renormalized();
-    let beams = [
-        Beam { normal: on[0].normal, ray: unit(rays[0]), weight: weights[0] * exact },
-        Beam { normal: on[1].normal, ray: unit(rays[1]), weight: weights[1] * exact },
-    ];
-    let served = regular & V::splat(FAINT).lt(z.min(flux[0]).min(flux[1]));
-    (Scattered { on: beams, row, direction: mirrored, ..Scattered::none() }, served)
+    let ss = t_s[0].fma(first[1], t_s[1] * second[1]) - one;
+    let sp = t_s[0].fma(first[3], t_s[1] * second[3]) * over;
+    let ps = t_p[0].fma(first[1], t_p[1] * second[1]) * over;
+    let pp = t_p[0].fma(first[3], t_p[1] * second[3]) * over * over - one;
+    (t_s, t_p, [[ss, sp], [ps, pp]])
 }
 
 /// ½ row · the Stokes column of real amplitudes a_s and a_p.

@@ -160,8 +160,7 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
     fn go_on(&mut self, block: &Block, mut packet: Packet<V, T>, sum: &mut V) {
         if let Some((rank, planes)) = self.tree.planes(packet.nest) {
             // Fibonacci hashing; stones have facets in different numbers.
-            let slot =
-                packet.path.wrapping_add(u32::from(rank)).wrapping_mul(0x9e37_79b9) >> (32 - GUESS_BITS);
+            let slot = packet.path.wrapping_add(rank).wrapping_mul(0x9e37_79b9) >> (32 - GUESS_BITS);
             let guess = &mut self.guesses[slot as usize];
             let last = planes.count() - 1;
             *guess = [guess[0].min(last), guess[1].min(last)];
