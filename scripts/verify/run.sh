@@ -50,4 +50,8 @@ for cut in brilliant:srb_diamond_57 step:emerald_step_49 portuguese:portuguese_1
     "$gemtrace" -q cut "$cuts/${cut#*:}.asc" --mesh "$parts/${cut%%:*}.obj"
 done
 
+# Plates of crystals: a test holds the table against our surfaces.
+"$python" "$here/crystals.py" 10000 "$work/plates.txt"
+PLATES="$work/plates.txt" cargo test -q --release --manifest-path "$root/Cargo.toml" -p gemtrace-core --test crystal_plate -- --nocapture
+
 exec "$python" "$here/verify.py" --gemtrace "$gemtrace" --work "$work" --root "$root" "$@"
