@@ -100,7 +100,7 @@ impl Block {
     fn new(lines: &[Line<'_>]) -> Self {
         let line = |lane: usize| &lines[lane.min(lines.len() - 1)];
         let materials = lines.first().map_or(0, |line| line.table.media.len());
-        let medium = |m: usize| Medium::new(|lane| line(lane).table.media[m][line(lane).index]);
+        let medium = |m: usize| Medium::new(|lane| &line(lane).table.media[m][line(lane).index]);
         Block {
             lanes: ((1u32 << lines.len()) - 1) as u16,
             place: std::array::from_fn(|lane| line(lane).place),

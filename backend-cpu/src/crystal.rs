@@ -71,7 +71,7 @@ fn single<const N: usize>(figures: [f64; N]) -> [f32; N] {
 
 impl Crystal {
     /// From the optics on each lane, where these are a crystal's.
-    pub fn new(lane: impl Fn(usize) -> prepare::Medium) -> Option<Box<Self>> {
+    pub fn new<'a>(lane: impl Fn(usize) -> &'a prepare::Medium) -> Option<Box<Self>> {
         let (first, _) = lane(0).crystal?;
         let each: [_; WIDTH] = std::array::from_fn(|place| lane(place).crystal.unwrap_or((first, [0.0; 3])));
         let row = |value: &dyn Fn(&core::Crystal, &[f64; 3]) -> f64| {

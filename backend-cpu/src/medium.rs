@@ -30,9 +30,9 @@ pub(crate) struct Medium {
 
 impl Medium {
     /// From the optics on each lane.
-    pub fn new(lane: impl Fn(usize) -> prepare::Medium) -> Self {
+    pub fn new<'a>(lane: impl Fn(usize) -> &'a prepare::Medium) -> Self {
         let row = |value: &dyn Fn(&prepare::Medium) -> f64| {
-            Row(std::array::from_fn(|place| value(&lane(place)) as f32))
+            Row(std::array::from_fn(|place| value(lane(place)) as f32))
         };
         // n as single precision has it, so that all that is made of it fits together.
         let n = |medium: &prepare::Medium| f64::from(medium.n as f32);
