@@ -115,8 +115,10 @@ impl PreparedScene {
         };
         let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
         let environment = Self::light(&scene.environment, geometry.origin, before);
-        let (view, moved) = geometry.clear(view.seen_from(geometry.origin))?;
+        let view = view.seen_from(geometry.origin);
+        // As the scene has it: what a camera that is moved no longer sees would not be judged.
         geometry.check_reach(&view)?;
+        let (view, moved) = geometry.clear(view)?;
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let close_up = geometry.is_close(&view);
         let mut warnings = optics.warnings.clone();
