@@ -51,7 +51,7 @@ const INDICES: [(&str, usize, [f64; 9]); 34] = [
 ];
 
 fn material(name: &str) -> &'static Material {
-    Catalogue::builtin().crystal(name).unwrap()
+    Catalogue::builtin().get(name).unwrap()
 }
 
 fn spec(text: &str) -> MaterialSpec {
@@ -315,6 +315,10 @@ fn like_a_catalogue_material() {
     // What is like a crystal is one, with another absorption on every axis; an index of its own makes it isotropic.
     let (clear, _) = build("like = \"tanzanite\"\nabsorption = [{ constant = 0.1 }]").unwrap();
     assert_eq!(clear.absorptions(550.0), [0.1; 3]);
+    let message_of = message("like = \"tanzanite\"\nextraordinary = { index = 1.7 }");
+    assert!(message_of.contains("'tanzanite' is biaxial"), "{message_of}");
+    let (red, _) = build("like = \"ruby\"").unwrap();
+    assert_eq!(red.absorptions(550.0), material("ruby").absorptions(550.0));
     assert!(message("like = \"dimond\"").contains("did you mean 'diamond'?"));
     assert!(message("like = \"gold\"\nabsorption = []").contains("metal"));
 }

@@ -67,7 +67,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     }
     let lines = lines(args)?;
     let Some(name) = &args.name else { return list(&lines, args.thickness) };
-    let material = Catalogue::builtin().crystal(name)?;
+    let material = Catalogue::builtin().get(name)?;
     if let Some(path) = &args.svg {
         output::write_text(path, &plot(material))?;
     }

@@ -97,7 +97,7 @@ fn many_colours_come_from_a_file() {
 fn a_material_has_its_figures_at_any_wavelength() {
     let report = command(&["materials", "ruby", "--nm", "450,560.5"]).unwrap();
     let lines = report.json["lines"].as_array().unwrap();
-    let ruby = spectral_core::material::Catalogue::builtin().crystal("ruby").unwrap();
+    let ruby = spectral_core::material::Catalogue::builtin().get("ruby").unwrap();
     for (line, nm) in lines.iter().zip([450.0, 560.5]) {
         assert_eq!((number(&line["nm"]), number(&line["n"])), (nm, ruby.index(nm)));
         assert_eq!(number(&line["absorption_per_mm"]), ruby.absorption(nm));
@@ -144,6 +144,22 @@ fn a_crystal_is_described_along_its_axes() {
     assert!(quartz.text.contains("uniaxial +") && !quartz.text.contains("dichroscope"), "{}", quartz.text);
     assert_eq!(command(&["materials", "diamond"]).unwrap().json["crystal"], Value::Null);
     assert!(Cli::try_parse_from(["gemtrace", "materials", "ruby", "--thickness=0"]).is_err());
+}
+
+#[test]
+fn check_states_the_optics_of_every_axis() {
+    let crystal = "material = \"peridot\"\ncrystal_axes = [[0, 0, 1], [1, 0, 0]]";
+    let place = Workplace::with(&SCENE.replace("material = \"diamond\"", crystal));
+    let report = command(&["check", &place.name("tiny.toml")]).unwrap();
+    let peridot = spectral_core::material::Catalogue::builtin().get("peridot").unwrap();
+    let nm = number(&report.json["settings"]["wavelengths"][2]);
+    for (k, name) in ["x", "y", "z"].into_iter().enumerate() {
+        let axis = &report.json["stones"][0]["axes"][k];
+        assert_eq!((axis["axis"].as_str(), number(&axis["n"][2])), (Some(name), peridot.indices(nm)[k]));
+        assert_eq!(number(&axis["absorption_per_mm"][2]), peridot.absorptions(nm)[k]);
+    }
+    assert!(report.text.contains("peridot (at 589.3 nm x 1.6540, "), "{}", report.text);
+    assert_eq!(report.json["warnings"], serde_json::json!([]));
 }
 
 #[test]

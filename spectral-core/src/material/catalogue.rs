@@ -77,17 +77,13 @@ const FILES: [(&str, &str); 46] = files![
 static BUILTIN: LazyLock<Catalogue> = LazyLock::new(|| {
     // The files are part of the program. `every_file_of_the_catalogue_parses` checks them; one that does not parse is
     // left out here.
-    let entries: Vec<_> = FILES.iter().filter_map(|(name, text)| parse(name, text).ok()).collect();
-    let plain = entries.iter().map(|(material, _)| material.isotropic()).collect();
-    Catalogue { entries, plain }
+    Catalogue { entries: FILES.iter().filter_map(|(name, text)| parse(name, text).ok()).collect() }
 });
 
 /// Materials by name and alias.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     entries: Vec<(Material, Vec<String>)>,
-    /// What scenes get while not every backend renders crystals.
-    plain: Vec<Material>,
 }
 
 impl Catalogue {
@@ -101,24 +97,14 @@ impl Catalogue {
     /// # Errors
     /// [`Error::Unknown`] with the nearest name, or all of them.
     pub fn get(&self, name: &str) -> Result<&Material, Error> {
-        self.place(name).map(|place| &self.plain[place])
-    }
-
-    /// The same as the crystal that it is. As long as not every backend renders crystals, [`get`](Self::get) gives its ordinary
-    /// or middle index.
-    ///
-    /// # Errors
-    /// As there.
-    pub fn crystal(&self, name: &str) -> Result<&Material, Error> {
-        self.place(name).map(|place| &self.entries[place].0)
-    }
-
-    fn place(&self, name: &str) -> Result<usize, Error> {
         let wanted = canonical(name);
-        let matches = |(material, aliases): &(Material, Vec<String>)| {
+        let matches = |(material, aliases): &&(Material, Vec<String>)| {
             material.name == wanted || aliases.contains(&wanted)
         };
-        self.entries.iter().position(matches).ok_or_else(|| self.unknown(name, &wanted))
+        match self.entries.iter().find(matches) {
+            Some((material, _)) => Ok(material),
+            None => Err(self.unknown(name, &wanted)),
+        }
     }
 
     /// The names, in alphabetical order, without aliases.

@@ -7,9 +7,10 @@ use crate::progress::Onlooker;
 use gemtrace::scene_file::LoadedScene;
 use gemtrace::sheet::{Cell, Sheet};
 use gemtrace::{Error, output, registry};
+use glam::DVec3;
 use spectral_core::material::{Catalogue, Material};
 use spectral_core::mesh::Mesh;
-use spectral_core::scene::{Background, Scene, Stone};
+use spectral_core::scene::{Background, Orientation, Scene, Stone};
 use spectral_core::settings::RenderSettings;
 use spectral_core::shape::ShapeSpec;
 use spectral_core::wavelength::WavelengthGrid;
@@ -29,8 +30,7 @@ pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, E
     session.output.exposure = args.exposure;
     let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
     let mesh = Arc::new(mesh);
-    let names: Vec<&str> = Catalogue::builtin().names().collect();
-    let materials = names.iter().map(|name| Catalogue::builtin().get(name)).collect::<Result<Vec<_>, _>>()?;
+    let materials: Vec<&Material> = Catalogue::builtin().materials().collect();
     let mut onlooker = Onlooker::new(console, materials.len(), args.rendering.backend == registry::AUTO);
     let mut cells = Vec::new();
     for material in materials {
@@ -88,6 +88,7 @@ fn swatches(material: &Material, mm: f64) -> Result<Cell, Error> {
 fn scene(material: &Material, mesh: &Arc<Mesh>) -> Scene {
     let mut stone = Stone::new(material.name.clone(), mesh.clone(), Arc::new(material.clone()));
     stone.width = Some(WIDTH);
+    stone.orientation = material.is_crystal().then_some(Orientation::Axes([DVec3::X, DVec3::Y]));
     let background = Background::Transparent;
     Scene { width: EDGE, height: EDGE, background, ..Scene::in_studio(vec![stone]) }
 }
