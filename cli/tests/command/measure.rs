@@ -228,5 +228,5 @@ fn crystals_are_turned_with_their_stones() {
         figures(dark, "optic_axis = [1, 0, 0]\nrotation = [0, 0, 90]")[2],
         figures(dark, "optic_axis = [1, 0, 0]")[2],
     ];
-    assert!((across - turned).abs() < 1e-3 && (across - along).abs() > 0.02, "{across} {turned} {along}");
+    assert!((across - turned).abs() < 1e-6 && (across - along).abs() > 3e-3, "{across} {turned} {along}");
 }
