@@ -58,9 +58,10 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
         let picture = session.render_watched(loaded, &mut onlooker)?;
         let lab = mean_lab(&picture);
         let apart = views.first().map_or(0.0, |first| delta_e_2000(first.lab, lab));
-        let name = if angle == 0.0 { "0°".to_owned() } else { format!("{angle}° to {azimuth}°") };
+        // The lettering of sheets has no signs for degrees and Δ.
+        let name = if angle == 0.0 { "0 deg".to_owned() } else { format!("{angle} deg to {azimuth} deg") };
         let mut cell = Cell::new(&picture, name);
-        cell.label.push(format!("L* {:.0}, ΔE {apart:.1}", lab[0]));
+        cell.label.push(format!("L* {:.0}, dE00 {apart:.1}", lab[0]));
         cells.push(cell);
         views.push(View { angle, azimuth, lab });
         onlooker.next();
