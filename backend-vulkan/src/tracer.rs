@@ -89,7 +89,6 @@ impl VulkanDevice {
 
 impl Device for VulkanDevice {
     fn load(&mut self, scene: Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error> {
-        scene.refuse_crystals("vulkan")?;
         let start = Instant::now();
         let gpu = self.gpu.clone();
         let parts = Parts::new(&gpu, &scene, self.intersection, self.lone, self.parts.take())?;

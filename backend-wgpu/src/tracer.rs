@@ -60,7 +60,6 @@ struct WgpuDevice {
 
 impl Device for WgpuDevice {
     fn load(&mut self, scene: Arc<PreparedScene>) -> Result<Box<dyn Tracer>, Error> {
-        scene.refuse_crystals("wgpu")?;
         let start = Instant::now();
         let gpu = self.gpu.clone();
         let parts = Parts::new(&gpu, &scene, self.guess, self.parts.take())?;

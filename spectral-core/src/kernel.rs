@@ -13,7 +13,8 @@
 //! trace  = constants + scene + batch + line + light + nest + fresnel + stokes + throughput + direction + surface
 //!        + medium + intersect + one of the two transports
 //!     chain: results_chain + chain + one of main_planes, main_subgroup
-//!     tree:  walk + results_walk + tree + main_trace + one of main_compute, main_pipeline
+//!     tree:  walk + results_walk + tree + main_trace + event + one of main_compute, main_pipeline
+//!     event: event_isotropic, or where there is a crystal all of crystal/
 //! gather = constants + scene + batch + line + nest + fresnel + stokes + throughput + results + main_gather
 //! ```
 //!
@@ -26,13 +27,14 @@
 
 pub mod block;
 pub mod facets;
-mod medium;
+pub mod medium;
 pub mod pack;
 pub mod plan;
 pub mod schedule;
 pub mod texel;
 
 use crate::{
+    lattice::{CHOICES, MULTIPLIER},
     prepare::{Nest, Rounding},
     settings::RenderSettings,
 };
@@ -71,6 +73,18 @@ const BATCH: &str = include_str!("kernel/batch.wgsl");
 const MEDIUM: &str = include_str!("kernel/medium.wgsl");
 const CHAIN: &str = concat!(include_str!("kernel/results_chain.wgsl"), include_str!("kernel/chain.wgsl"));
 const WALK: &str = concat!(include_str!("kernel/walk.wgsl"), include_str!("kernel/results_walk.wgsl"));
+/// Waves in crystals, and what their surfaces do to them; needs the constants, [`LINE`], [`FRESNEL`], [`STOKES`] and
+/// [`medium::crystal_declarations`].
+pub const CRYSTAL: &str = concat!(
+    include_str!("kernel/crystal/wave.wgsl"),
+    include_str!("kernel/crystal/uniaxial.wgsl"),
+    include_str!("kernel/crystal/biaxial.wgsl"),
+    include_str!("kernel/crystal/crystal.wgsl"),
+    include_str!("kernel/crystal/boundary.wgsl"),
+    include_str!("kernel/crystal/weight.wgsl")
+);
+const EVENT_CRYSTAL: &str = include_str!("kernel/crystal/event.wgsl");
+const EVENT_ISOTROPIC: &str = include_str!("kernel/event_isotropic.wgsl");
 const TREE: &str = concat!(include_str!("kernel/tree.wgsl"), include_str!("kernel/main_trace.wgsl"));
 const MAIN_PRIME: &str = include_str!("kernel/main_prime.wgsl");
 const MAIN_COMPUTE: &str = include_str!("kernel/main_compute.wgsl");
@@ -87,6 +101,8 @@ pub struct Form {
     pub polarized: bool,
     /// Whether stones come near each other, so that contacts must be looked for.
     pub contacts: bool,
+    /// Whether there are doubly refracting crystals. Without, the shader has no part of them.
+    pub crystals: bool,
     /// Rays that may wait in a work item; see [`stack_places`].
     pub stack: u32,
 }
@@ -98,23 +114,35 @@ pub struct Form {
 /// they may be weaker still, but then split no more. With a threshold under 2⁻³⁰ a ray may be dropped, which is
 /// counted; it carries less than 2⁻³⁰ of the light.
 ///
+/// With `crystals` an event has up to four children w₁ ≤ w₂ ≤ w₃ ≤ w₄. The walk goes on with w₁ and stacks the others, the
+/// strongest lowest. A ray with m others below it has at most 2^(−2m/3): of a parent with m below, w₁ has at most a quarter
+/// and three more below it, w₂ a third and two more, w₃ a half and one more. So half as many places again do, and three
+/// for the last event.
+///
 /// ```
 /// use spectral_core::{kernel::stack_places, settings::RenderSettings};
-/// assert_eq!(stack_places(&RenderSettings { threshold: 1e-4, ..RenderSettings::default() }), 16);
-/// assert_eq!(stack_places(&RenderSettings { max_depth: 3, ..RenderSettings::default() }), 8);
+/// let settings = RenderSettings { threshold: 1e-4, ..RenderSettings::default() };
+/// assert_eq!(stack_places(&settings, false), 16);
+/// assert_eq!(stack_places(&settings, true), 24);
+/// assert_eq!(stack_places(&RenderSettings { max_depth: 3, ..settings }, false), 8);
 /// ```
-pub fn stack_places(settings: &RenderSettings) -> u32 {
+pub fn stack_places(settings: &RenderSettings, crystals: bool) -> u32 {
     let halvings = if settings.threshold > 0.0 { -settings.threshold.log2() } else { f64::INFINITY };
-    let by_threshold = (halvings.ceil() + 2.0).min(32.0) as u32;
+    let most = settings.max_depth + 1;
+    let places = if crystals {
+        ((1.5 * halvings).ceil() + 3.0).min(48.0).min(3.0 * f64::from(most)) as u32
+    } else {
+        ((halvings.ceil() + 2.0).min(32.0) as u32).min(most)
+    };
     // Rounded up, so that scenes share compiled shaders.
-    by_threshold.min(settings.max_depth + 1).next_multiple_of(8)
+    places.next_multiple_of(8)
 }
 
 impl Form {
     /// The WGSL text of these choices and of every constant that Rust owns.
     pub fn constants(&self) -> String {
         let mut text = String::from("// Generated from the Rust constants of the same meaning.\n");
-        let Form { contacts, stack, .. } = *self;
+        let Form { contacts, crystals, stack, .. } = *self;
         let mut add = |name: &str, kind: &str, value: String| {
             writeln!(text, "const {name}: {kind} = {value};").expect("a string takes any text");
         };
@@ -128,15 +156,20 @@ impl Form {
         add("RESCUE_NEAR", "f32", wgsl(Rounding::RESCUE[0]));
         add("RESCUE_FAR", "f32", wgsl(Rounding::RESCUE[1]));
         add("BASIS_VECTORS", "u32", pack::BASIS_VECTORS.to_string());
-        add("MEDIUM_VECTORS", "u32", medium::VECTORS.to_string());
+        add("MEDIUM_VECTORS", "u32", medium::vectors(crystals).to_string());
         add("CONTACTS", "bool", contacts.to_string());
         add("STACK", "u32", stack.to_string());
         add("WORKGROUP", "u32", WORKGROUP.to_string());
         text
     }
 
+    /// Whether rays carry a Stokes row; in a scene with crystals it has room for a mode.
+    pub fn rows(&self) -> bool {
+        self.polarized || self.crystals
+    }
+
     fn throughput(&self) -> &'static str {
-        if self.polarized {
+        if self.rows() {
             include_str!("kernel/throughput_polarized.wgsl")
         } else {
             include_str!("kernel/throughput_scalar.wgsl")
@@ -151,7 +184,7 @@ impl Form {
     /// The shader with the entry point `trace`. `intersect` is the text of the form of intersection, with the
     /// constants it needs.
     pub fn trace(&self, intersect: &str) -> String {
-        self.traced(&[intersect, WALK, TREE, MAIN_COMPUTE])
+        self.traced(&[intersect, WALK, TREE, &self.event(), MAIN_COMPUTE])
     }
 
     /// The shader with the entry point `trace` for one convex stone, or none.
@@ -166,7 +199,19 @@ impl Form {
     /// and the backend has to see to it.
     pub fn trace_pipeline(&self) -> String {
         "enable wgpu_ray_tracing_pipeline;\nenable primitive_index;\n".to_owned()
-            + &self.traced(&[INTERSECT_PIPELINE, WALK, TREE, MAIN_PIPELINE])
+            + &self.traced(&[INTERSECT_PIPELINE, WALK, TREE, &self.event(), MAIN_PIPELINE])
+    }
+
+    /// What a tree's surface events are.
+    fn event(&self) -> String {
+        if !self.crystals {
+            return EVENT_ISOTROPIC.to_owned();
+        }
+        let constants = format!(
+            "const POLARIZED: bool = {};\nconst CHOICES: u32 = {CHOICES}u;\nconst MULTIPLIER: u32 = {MULTIPLIER}u;",
+            self.polarized
+        );
+        [&constants, &medium::crystal_declarations(), CRYSTAL, EVENT_CRYSTAL].join("\n")
     }
 
     fn traced(&self, transport: &[&str]) -> String {

@@ -45,10 +45,10 @@ pub fn point(index: u32) -> [f64; 3] {
 }
 
 /// The number of choices at an event, 3¹⁰: so small that a product of two stays below 2³².
-const CHOICES: u32 = 59_049;
+pub(crate) const CHOICES: u32 = 59_049;
 
 /// The multiplier a of Korobov's rule for the choices.
-const MULTIPLIER: u32 = 229;
+pub(crate) const MULTIPLIER: u32 = 229;
 
 /// By what sample `index` chooses one of two rays at surface event `event`, in (0, 1): the first one if this is below its
 /// share of their weight.

@@ -196,16 +196,6 @@ impl PreparedScene {
         }
     }
 
-    /// Refuses a scene with crystals, for a backend that renders what is isotropic only.
-    ///
-    /// # Errors
-    /// [`Error::Value`] that names the first crystal.
-    pub fn refuse_crystals(&self, backend: &str) -> Result<(), Error> {
-        let Some(stone) = self.geometry.stones.iter().find(|stone| stone.crystal) else { return Ok(()) };
-        let expected = format!("the backend '{backend}' does not render it yet; '--backend reference' does");
-        Err(Error::value(format!("{}: its material", stone.name), "double refraction", expected))
-    }
-
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {

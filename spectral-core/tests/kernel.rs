@@ -21,9 +21,11 @@ use std::mem::offset_of;
 use std::sync::Arc;
 
 fn forms() -> impl Iterator<Item = Form> {
-    [(true, true), (true, false), (false, true), (false, false)]
-        .into_iter()
-        .map(|(polarized, contacts)| Form { polarized, contacts, stack: 16 })
+    let form = |bits: u32| {
+        let [polarized, contacts, crystals] = [1, 2, 4].map(|bit| bits & bit != 0);
+        Form { polarized, contacts, crystals, stack: 16 }
+    };
+    (0..8).map(form)
 }
 
 fn parsed(source: &str) -> Module {
@@ -169,6 +171,7 @@ fn structures_have_the_layout_of_their_counterparts() {
                 reach,
                 depth,
                 middle,
+                split,
                 centre,
                 right,
                 down,
@@ -182,8 +185,8 @@ fn structures_have_the_layout_of_their_counterparts() {
         same_layout!(&trace, Primary { origin, first_line, direction, near, background });
         same_layout!(&trace, Batch { pixels, first, count, budget, resume, spectral, fresh });
         assert_eq!(layout(&trace, "Result").1 as u64, RESULT_BYTES);
-        assert_eq!(layout(&tree, "Ray").1 as u64, ray_bytes(form.polarized));
-        assert_eq!(layout(&tree, "Walk").1 as u64, walk_bytes(form.polarized));
+        assert_eq!(layout(&tree, "Ray").1 as u64, ray_bytes(form.rows()));
+        assert_eq!(layout(&tree, "Walk").1 as u64, walk_bytes(form.rows()));
         for chain in [true, false] {
             let gather = parsed(&form.gather(chain));
             same_layout!(&gather, Tally { energies, rays, going });

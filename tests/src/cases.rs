@@ -86,7 +86,7 @@ pub fn cases() -> Vec<Case> {
     ]
 }
 
-fn lines(wavelengths: usize) -> RenderSettings {
+pub(crate) fn lines(wavelengths: usize) -> RenderSettings {
     RenderSettings {
         wavelengths: WavelengthGrid::midpoints([400.0, 700.0], wavelengths).expect("a valid grid"),
         max_depth: 32,
@@ -96,7 +96,7 @@ fn lines(wavelengths: usize) -> RenderSettings {
     }
 }
 
-fn studio() -> Environment {
+pub(crate) fn studio() -> Environment {
     Environment { rotation: 25.0, ..crate::light::studio() }
 }
 
@@ -110,7 +110,7 @@ fn lamps() -> Environment {
 }
 
 /// The usual view: from above and the side.
-fn view(fov: f64) -> Camera {
+pub(crate) fn view(fov: f64) -> Camera {
     eye(DVec3::new(3.0, -11.0, 28.0), fov)
 }
 

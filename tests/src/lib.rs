@@ -8,6 +8,7 @@
 pub mod agreement;
 pub mod cases;
 pub mod compare;
+pub mod crystals;
 pub mod device;
 pub mod gpu;
 pub mod image;

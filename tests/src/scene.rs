@@ -7,9 +7,9 @@ use spectral_core::{
     camera::{Camera, Projection},
     dispersion::Dispersion,
     environment::Environment,
-    material::{Catalogue, Kind, Material},
+    material::{Axis, Catalogue, Kind, Material},
     mesh::Mesh,
-    scene::{Background, Scene, Stone},
+    scene::{Background, Orientation, Scene, Stone},
     settings::{Leftover, RenderSettings},
     spectrum::{Ends, Tabulated},
     wavelength::WavelengthGrid,
@@ -72,6 +72,29 @@ pub fn tinted(n: f64, absorption: f64) -> Material {
     let terms = if absorption > 0.0 { vec![Term::Constant(absorption)] } else { vec![] };
     let absorption = Absorption::new(terms).expect("a valid coefficient");
     Material::new("test", Kind::Dielectric { dispersion: Dispersion::Constant(n), absorption })
+}
+
+/// A colourless crystal of these indices: one is isotropic, two are o and e, three are x, y and z.
+pub fn crystal(indices: &[f64]) -> Material {
+    pleochroic(indices, &vec![0.0; indices.len()])
+}
+
+/// A crystal of these indices, with an absorption coefficient (1/mm) for each.
+pub fn pleochroic(indices: &[f64], absorptions: &[f64]) -> Material {
+    let axis = |(&n, &absorption): (&f64, &f64)| {
+        let terms = if absorption > 0.0 { vec![Term::Constant(absorption)] } else { vec![] };
+        let absorption = Absorption::new(terms).expect("a valid coefficient");
+        Axis { dispersion: Dispersion::Constant(n), absorption }
+    };
+    let axes = indices.iter().zip(absorptions).skip(1).map(axis).collect();
+    Material { axes, ..tinted(indices[0], absorptions[0]) }
+}
+
+/// A crystal with its third axis, the optic one of a uniaxial crystal, along a direction.
+pub fn lying(stone: Stone, z: [f64; 3]) -> Stone {
+    let z = DVec3::from(z);
+    let axes = [z.any_orthogonal_vector(), z.cross(z.any_orthogonal_vector())];
+    Stone { orientation: Some(Orientation::Axes(axes)), ..stone }
 }
 
 /// A metal of one complex index n + ik.

@@ -8,6 +8,7 @@
 use gemtrace_tests::{
     agreement::Comparison,
     cases::{Case, cases},
+    crystals::crystals,
     device::{Target, targets},
     prelude::*,
 };
@@ -19,7 +20,8 @@ fn main() {
     // One thread, the main one: a worker that ends while the process exits meets the destructors of the software driver,
     // and has been seen to find its heap corrupted there, after all trials had passed.
     arguments.test_threads.get_or_insert(1);
-    let cases: Vec<_> = cases().into_iter().map(|case| Arc::new((case, OnceLock::new()))).collect();
+    let cases = cases().into_iter().chain(crystals());
+    let cases: Vec<_> = cases.map(|case| Arc::new((case, OnceLock::new()))).collect();
     let (present, mut trials) = targets();
     for target in present {
         for case in &cases {

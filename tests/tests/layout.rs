@@ -13,7 +13,7 @@ use spectral_core::kernel::Form;
 use std::mem::offset_of;
 
 fn module() -> Module {
-    let form = Form { polarized: true, contacts: true, stack: 16 };
+    let form = Form { polarized: true, contacts: true, crystals: false, stack: 16 };
     let source = form.trace(&(icosphere(2).bvh().wgsl_constants() + INTERSECT));
     let module =
         naga::front::wgsl::parse_str(&source).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&source)));

@@ -13,7 +13,7 @@ use spectral_core::{
     upsample::smits::Weights,
 };
 
-const FORM: Form = Form { polarized: true, contacts: true, stack: 16 };
+const FORM: Form = Form { polarized: true, contacts: true, crystals: false, stack: 16 };
 
 fn library(parts: &[&str]) -> String {
     FORM.constants() + &parts.join("\n")

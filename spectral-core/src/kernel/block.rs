@@ -60,8 +60,10 @@ pub struct Scene {
     pub depth: f32,
     /// The picture's middle, pixels.
     pub middle: [f32; 2],
+    /// The weight below which a mode of a crystal is not followed for itself.
+    pub split: f32,
     /// Nothing.
-    pub padding: [u32; 2],
+    pub padding: u32,
     /// mm, local.
     pub centre: [f32; 4],
     /// mm a pixel.
@@ -150,12 +152,12 @@ pub struct Tally {
 /// Bytes of a work item's result (`Result` in `batch.wgsl`), which never leaves the device.
 pub const RESULT_BYTES: u64 = 32;
 
-/// Bytes of a waiting ray (`Ray` in `walk.wgsl`), which never leaves the device.
-pub const fn ray_bytes(polarized: bool) -> u64 {
-    if polarized { 80 } else { 48 }
+/// Bytes of a waiting ray (`Ray` in `walk.wgsl`), which never leaves the device; `rows` is [`Form::rows`](super::Form::rows).
+pub const fn ray_bytes(rows: bool) -> u64 {
+    if rows { 80 } else { 48 }
 }
 
-/// Bytes of a work item's state (`Walk` in `walk.wgsl`), which never leaves the device.
-pub const fn walk_bytes(polarized: bool) -> u64 {
-    if polarized { 128 } else { 96 }
+/// Bytes of a work item's state (`Walk` in `walk.wgsl`), which never leaves the device; `rows` as for [`ray_bytes`].
+pub const fn walk_bytes(rows: bool) -> u64 {
+    if rows { 128 } else { 96 }
 }

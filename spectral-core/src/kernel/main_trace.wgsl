@@ -35,6 +35,7 @@ fn trace_item(item: u32) {
     } else {
         walk = walks[item];
     }
+    walk_ready(&walk, item, line);
     for (var i = 0u; i < batch.budget && walk.state != WALK_OVER; i++) {
         walk_go_on(&walk, item, line, primary.background);
     }

@@ -37,11 +37,20 @@ impl Nest {
 
 /// The choices that a scene asks of the kernel.
 pub fn form(scene: &PreparedScene) -> Form {
+    let crystals = has_crystals(scene);
     Form {
         polarized: scene.settings.polarized,
         contacts: scene.geometry.contacts,
-        stack: stack_places(&scene.settings),
+        crystals,
+        stack: stack_places(&scene.settings, crystals),
     }
+}
+
+/// Whether a material is traced as a doubly refracting crystal. The optics say so themselves: a device keeps them apart from
+/// the stones.
+fn has_crystals(scene: &PreparedScene) -> bool {
+    let media = scene.optics.tables.iter().flat_map(|table| &table.media).flatten();
+    media.into_iter().any(|medium| medium.crystal.is_some())
 }
 
 /// Refuses a scene that the kernel's number formats do not hold.
@@ -72,6 +81,7 @@ pub fn scene(scene: &PreparedScene) -> Scene {
         behind: rounding.behind,
         contact: rounding.contact,
         threshold: settings.threshold as f32,
+        split: settings.split as f32,
         eye_nest: scene.eye_nest.marks(),
         max_depth: settings.max_depth,
         lines: scene.wavelength_count() as u32,
@@ -160,17 +170,18 @@ pub(super) const BASIS_VECTORS: usize = BASES.div_ceil(4);
 /// All tables' lines one after another: for each line its basis, its weights (X, Y, Z, –), then the optics of each
 /// material. Each begins with a vector of its own; what is left of its last one is 0.
 pub fn optics(scene: &PreparedScene) -> Vec<[f32; 4]> {
-    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i));
+    let crystals = has_crystals(scene);
+    let lines = |table| (0..scene.wavelength_count()).flat_map(move |i| line(table, i, crystals));
     scene.optics.tables.iter().flat_map(lines).collect()
 }
 
-fn line(table: &SpectralTable, index: usize) -> Vec<[f32; 4]> {
+fn line(table: &SpectralTable, index: usize, crystals: bool) -> Vec<[f32; 4]> {
     let mut vectors = vec![[0.0; 4]; BASIS_VECTORS];
     for (slot, base) in vectors.as_flattened_mut().iter_mut().zip(table.basis[index]) {
         *slot = base as f32;
     }
     let [x, y, z] = table.response[index].map(|w| w as f32);
     vectors.push([x, y, z, 0.0]);
-    vectors.extend(table.media.iter().flat_map(|medium| medium::packed(&medium[index])));
+    vectors.extend(table.media.iter().flat_map(|medium| medium::packed(&medium[index], crystals)));
     vectors
 }

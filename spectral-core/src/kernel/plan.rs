@@ -178,15 +178,15 @@ impl Plan {
     pub fn bytes(&self, part: Part) -> u64 {
         let (pixels, samples) = (u64::from(self.pixels), u64::from(self.samples));
         let items = samples * u64::from(self.lines);
-        let polarized = self.form.polarized;
+        let rows = self.form.rows();
         match part {
             Part::Batch => size_of::<Batch>() as u64,
             Part::Pixels => pixels * 4,
             Part::Primaries => samples * size_of::<Primary>() as u64,
             Part::Results if self.chain => items * RESULT_BYTES,
-            Part::Results => items * walk_bytes(polarized),
+            Part::Results => items * walk_bytes(rows),
             Part::Stack if self.chain => 0,
-            Part::Stack => items * ray_bytes(polarized) * u64::from(self.form.stack),
+            Part::Stack => items * ray_bytes(rows) * u64::from(self.form.stack),
             Part::Sums => pixels * 16,
             Part::Tallies => pixels.div_ceil(u64::from(WORKGROUP)) * size_of::<Tally>() as u64,
             Part::Radiances if self.spectral => pixels * u64::from(self.lines) * 4,

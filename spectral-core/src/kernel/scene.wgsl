@@ -49,6 +49,8 @@ struct Scene {
     // the eye, and its change a pixel to the right and down; the direction there, and its change.
     depth: f32,
     middle: vec2<f32>,
+    // The weight below which a mode of a crystal is not followed for itself.
+    split: f32,
     centre: vec3<f32>,
     right: vec3<f32>,
     down: vec3<f32>,

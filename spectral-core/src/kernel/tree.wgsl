@@ -6,21 +6,6 @@
 // suffice for any threshold down to 2^(1 − STACK) however deep the path. The same rays are followed, in another
 // order.
 
-// What a step leads to: light that reaches the eye, and the ray to go on with. It is collected, so that the long parts
-// (the look-up of light, the stack) are in the program once and all invocations run them together.
-struct Outcome {
-    // Weight of the radiance from a direction; 0 for none.
-    weight: f32,
-    // Where it leaves the stones, and which way.
-    origin: vec3<f32>,
-    direction: vec3<f32>,
-    goes_on: bool,
-    ray: Ray,
-    // A ray for the stack.
-    waits: bool,
-    waiting: Ray,
-}
-
 fn tree_medium(nest: Nest, line: Line) -> Medium {
     if nest_is_empty(nest) {
         return AIR;
@@ -36,10 +21,10 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
         crossing = surfaces_next(ray.origin, ray.direction, ray.nest, ray.start);
     }
     (*walk).result.rays++;
-    var outcome = Outcome(0.0, ray.origin, ray.direction, false, ray, false, ray);
+    var outcome = outcome_of(ray);
     if crossing.found {
         (*walk).result.covered = 1u;
-        walk_arrive(walk, crossing, line, &outcome);
+        walk_meet(walk, crossing, line, &outcome);
     } else if (*walk).result.covered == 0u && scene.transparent != 0u {
         (*walk).result.rays = 0u;
     } else {
@@ -58,6 +43,7 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
     if outcome.waits {
         walk_push(walk, item, outcome.waiting);
     }
+    walk_push_others(walk, item, &outcome);
     if outcome.goes_on {
         (*walk).ray = outcome.ray;
     } else if (*walk).waiting > 0u {
@@ -68,7 +54,7 @@ fn walk_go_on(walk: ptr<function, Walk>, item: u32, line: Line, background: vec3
     }
 }
 
-// A surface event: fades the ray and splits it.
+// A surface event outside crystals: fades the ray and splits it.
 fn walk_arrive(walk: ptr<function, Walk>, crossing: Crossing, line: Line, outcome: ptr<function, Outcome>) {
     var ray = (*walk).ray;
     let here = tree_medium(crossing.before, line);
