@@ -241,8 +241,9 @@ mod tests {
         shape::ShapeSpec,
     };
 
+    /// With one index: a crystal's optics turn with its stone.
     fn material(name: &str) -> Arc<Material> {
-        Arc::new(Catalogue::builtin().get(name).unwrap().clone())
+        Arc::new(Catalogue::builtin().get(name).unwrap().isotropic())
     }
 
     fn two_stones() -> Scene {
