@@ -2,8 +2,10 @@
 
 use crate::{basis::Basis, medium::Medium};
 use accel::lanes::{Lanes, Row, WIDTH};
-use spectral_core::{lattice::choice, prepare::SpectralTable};
-use std::ops::Range;
+use spectral_core::{
+    lattice::{chosen, order},
+    prepare::SpectralTable,
+};
 
 /// Sixteen spectral lines of the samples of one pixel, or of a few pixels, sorted by wavelength. Within a pixel rays part by
 /// dispersion, not by where in the pixel they began, since plane mirrors keep parallel rays parallel. So neighbours by
@@ -23,8 +25,8 @@ pub(crate) struct Block {
     pub media: Vec<Medium>,
     /// The light for a colour.
     pub basis: Basis,
-    /// By surface event: what each lane chooses one of two modes by ([`choice`]).
-    pub choices: Vec<Row>,
+    /// The part of each lane's sample in its choices of modes (`lattice::order`); 0 where there are no crystals.
+    orders: [u32; WIDTH],
 }
 
 /// A spectral line of one sample's wavelength grid.
@@ -33,6 +35,16 @@ struct Line<'a> {
     table: &'a SpectralTable,
     index: usize,
     place: u32,
+}
+
+/// The lines of samples one after another.
+fn lines<'a>(samples: impl Iterator<Item = &'a SpectralTable>) -> Vec<Line<'a>> {
+    (0..)
+        .zip(samples)
+        .flat_map(|(sample, table)| (0..table.wavelengths.len()).map(move |index| (sample, table, index)))
+        .zip(0..)
+        .map(|((sample, table, index), place)| Line { sample, table, index, place })
+        .collect()
 }
 
 impl Line<'_> {
@@ -55,46 +67,24 @@ impl Block {
 
     /// The blocks of some pixels' samples with these tables, every pixel's the same.
     pub fn all<'a>(pixels: usize, samples: impl Iterator<Item = &'a SpectralTable> + Clone) -> Vec<Self> {
-        let samples = (0..pixels).flat_map(|_| samples.clone());
-        let mut lines: Vec<Line<'_>> = (0..)
-            .zip(samples)
-            .flat_map(|(sample, table)| (0..table.wavelengths.len()).map(move |index| (sample, table, index)))
-            .zip(0..)
-            .map(|((sample, table, index), place)| Line { sample, table, index, place })
-            .collect();
+        let mut lines = lines((0..pixels).flat_map(|_| samples.clone()));
         lines.sort_by(|a, b| a.wavelength().total_cmp(&b.wavelength()));
         lines.chunks(WIDTH).map(Self::new).collect()
     }
 
-    /// The blocks of one pixel's samples that choose modes of crystals at up to `events` surfaces. The wavelengths of a
+    /// The blocks of one pixel's samples from number `first` on, where these choose modes of crystals. The wavelengths of a
     /// sample choose alike, so they stay together.
-    pub fn choosing<'a>(
-        samples: Range<u32>,
-        table: impl Fn(u32) -> &'a SpectralTable,
-        events: u32,
-    ) -> Vec<Self> {
-        let lines = |sample: u32| {
-            let table = table(sample);
-            (0..table.wavelengths.len()).map(move |index| (sample, table, index))
-        };
-        let lines: Vec<Line<'_>> = samples
-            .clone()
-            .flat_map(lines)
-            .zip(0..)
-            .map(|((sample, table, index), place)| Line {
-                sample: sample - samples.start,
-                table,
-                index,
-                place,
-            })
-            .collect();
-        let mut blocks: Vec<Self> = lines.chunks(WIDTH).map(Self::new).collect();
+    pub fn choosing<'a>(first: u32, samples: impl Iterator<Item = &'a SpectralTable>) -> Vec<Self> {
+        let mut blocks: Vec<Self> = lines(samples).chunks(WIDTH).map(Self::new).collect();
         for block in &mut blocks {
-            let sample = |lane: usize| samples.start + block.sample[lane];
-            let row = |event| Row(std::array::from_fn(|lane| choice(sample(lane), event) as f32));
-            block.choices = (0..=events).map(row).collect();
+            block.orders = block.sample.map(|sample| order(first + sample));
         }
         blocks
+    }
+
+    /// What each lane chooses one of two modes by at a surface event with this part of the choice (`lattice::power`).
+    pub fn choices(&self, power: u32) -> Row {
+        Row(self.orders.map(|order| chosen(order, power) as f32))
     }
 
     fn new(lines: &[Line<'_>]) -> Self {
@@ -107,7 +97,7 @@ impl Block {
             sample: std::array::from_fn(|lane| line(lane).sample),
             together: lines.iter().all(|line| line.sample == lines[0].sample),
             media: (0..materials).map(medium).collect(),
-            choices: Vec::new(),
+            orders: [0; WIDTH],
             basis: Basis::new(|lane| &line(lane).table.basis[line(lane).index]),
         }
     }

@@ -10,7 +10,7 @@ mod exact;
 mod uniaxial;
 
 use crate::{medium::Medium, throughput::Polarized};
-use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, put};
 use biaxial::Biaxial;
 pub(crate) use boundary::{Beam, Scattered};
 use exact::Beyond;
@@ -144,16 +144,19 @@ impl Crystal {
         Some(-(normal.dot(ray) * (lost / stored) * distance))
     }
 
-    /// The two modes of an eye that looks along `direction` from within.
-    pub fn of_eye(&self, directions: &[Row; 3]) -> [[Row; 3]; 2] {
-        let mut normals = [[Row::default(); 3]; 2];
+    /// The two modes of an eye that looks along `direction` from within: N, which has this direction, and the ray.
+    pub fn of_eye(&self, directions: &[Row; 3]) -> [[[Row; 3]; 2]; 2] {
+        let mut modes = [[[Row::default(); 3]; 2]; 2];
         for lane in 0..WIDTH {
             let direction = [0, 1, 2].map(|i| f64::from(directions[i].0[lane]));
-            for (rows, wave) in normals.iter_mut().zip(self.exact[lane].waves([0.0; 3], direction, 1.0)) {
-                accel::lanes::put(rows, lane, single(wave.wave_vector()));
+            for ([normal, ray], wave) in
+                modes.iter_mut().zip(self.exact[lane].waves([0.0; 3], direction, 1.0))
+            {
+                put(normal, lane, single(wave.wave_vector()));
+                put(ray, lane, single(wave.ray()));
             }
         }
-        normals
+        modes
     }
 }
 

@@ -160,7 +160,8 @@ impl Walk<'_> {
         match self.medium(ray.nest).crystal {
             Some((crystal, _)) => {
                 let modes = Mode::of_eye(&crystal, ray.direction);
-                self.pending.extend(modes.map(|mode| Ray { light: Light::Mode(mode), ..ray }));
+                let along = |mode: Mode| Ray { direction: mode.direction(), light: Light::Mode(mode), ..ray };
+                self.pending.extend(modes.map(along));
             }
             None => self.pending.push(ray),
         }

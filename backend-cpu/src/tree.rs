@@ -20,6 +20,7 @@ use packet::Walk;
 use spectral_core::{
     camera::CameraRay,
     film::Tile,
+    lattice::power,
     prepare::{FacetPlane, Geometry, Nest, PreparedScene, PreparedStone, Rank},
     scene::Background,
     settings::{Leftover, RenderSettings},
@@ -41,8 +42,8 @@ pub(crate) struct Tree {
     /// Of two modes of which one is lighter than this, one is followed for both.
     split: f32,
     polarized: bool,
-    /// Whether any stone is a crystal.
-    crystals: bool,
+    /// Where any stone is a crystal: by surface event, its part in the choices of modes (`lattice::power`).
+    powers: Vec<u32>,
     /// The stones that the eye is in.
     eye_nest: Nest,
     instructions: Instructions,
@@ -92,6 +93,7 @@ impl Tree {
         };
         let alone = geometry.stone_of_rank.iter().map(planes).collect();
         let few = geometry.stones.len() <= FEW;
+        let crystals = geometry.stones.iter().any(|stone| stone.crystal);
         let spheres = if few { by_rank().map(sphere).collect() } else { Vec::new() };
         Tree {
             surfaces,
@@ -102,7 +104,7 @@ impl Tree {
             leftover,
             split: split as f32,
             polarized,
-            crystals: geometry.stones.iter().any(|stone| stone.crystal),
+            powers: if crystals { (0..=max_depth).map(power).collect() } else { Vec::new() },
             eye_nest: scene.eye_nest,
             instructions,
         }
@@ -151,11 +153,10 @@ fn sphere(stone: &PreparedStone) -> (Vec3, f32) {
 
 impl TileTracer for TreeTracer<'_> {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
-        let table = |sample| self.scene.table(sample);
-        let blocks = if self.tree.crystals {
-            Block::choosing(samples.clone(), table, self.tree.max_depth)
-        } else {
-            Block::all(1, samples.clone().map(table))
+        let tables = samples.clone().map(|sample| self.scene.table(sample));
+        let blocks = match self.tree.powers.as_slice() {
+            [] => Block::all(1, tables),
+            _ => Block::choosing(samples.start, tables),
         };
         let rays = self.scene.camera_rays(tile, samples.clone());
         let arrival = |(_, ray): (u32, CameraRay)| if stop() { None } else { Some(self.arrival(&ray)) };
@@ -194,7 +195,7 @@ impl Task for Paths<'_> {
 
     #[inline(always)]
     fn run<V: Lanes>(self) -> bool {
-        if self.tracer.tree.crystals {
+        if !self.tracer.tree.powers.is_empty() {
             self.follow::<V, Mixed<V>>()
         } else if self.tracer.tree.polarized {
             self.follow::<V, Polarized<V>>()

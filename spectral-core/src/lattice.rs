@@ -65,14 +65,41 @@ pub(crate) const MULTIPLIER: u32 = 229;
 /// assert!((mean - 0.5).abs() < 1e-12);
 /// ```
 pub fn choice(index: u32, event: u32) -> f64 {
+    chosen(order(index), power(event))
+}
+
+/// φ₃ of sample `index`, in units of 3⁻¹⁰: the sample's part of its [`choice`].
+///
+/// ```
+/// use spectral_core::lattice::{choice, chosen, order, power};
+/// assert_eq!(chosen(order(5), power(7)), choice(5, 7));
+/// ```
+pub fn order(index: u32) -> u32 {
     let (mut inverse, mut place, mut rest) = (0, CHOICES, index % CHOICES);
     while rest > 0 {
         place /= 3;
         inverse += rest % 3 * place;
         rest /= 3;
     }
-    let turned = (0..event).fold(inverse, |product, _| product * MULTIPLIER % CHOICES);
-    f64::from((2 * turned + CHOICES) % (2 * CHOICES)) / f64::from(2 * CHOICES)
+    inverse
+}
+
+/// aᵉ modulo 3¹⁰: the surface event's part of a [`choice`].
+pub fn power(event: u32) -> u32 {
+    let (mut product, mut square, mut rest) = (1, MULTIPLIER, event);
+    while rest > 0 {
+        if rest & 1 == 1 {
+            product = product * square % CHOICES;
+        }
+        square = square * square % CHOICES;
+        rest >>= 1;
+    }
+    product
+}
+
+/// The [`choice`] of which these are the parts, for those who keep them.
+pub fn chosen(order: u32, power: u32) -> f64 {
+    f64::from((2 * (order * power % CHOICES) + CHOICES) % (2 * CHOICES)) / f64::from(2 * CHOICES)
 }
 
 #[cfg(test)]

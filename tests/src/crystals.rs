@@ -2,6 +2,7 @@
 
 use crate::cases::{Case, lines, studio, view};
 use crate::prelude::*;
+use spectral_core::material::Catalogue;
 
 /// Every case, cheapest first.
 pub fn crystals() -> Vec<Case> {
@@ -14,6 +15,7 @@ pub fn crystals() -> Vec<Case> {
     let calcite = || crystal(&[1.658, 1.486]);
     let peridot = || crystal(&[1.654, 1.671, 1.689]);
     let leftover = |leftover| RenderSettings { max_depth: 4, leftover, split: 0.0, ..coarse.clone() };
+    let dispersive = Catalogue::builtin().get("zircon").expect("a crystal").clone();
     let star = lying(stone(star(5, 1.2, 3.0, 1.4), crystal(&[1.6, 1.75])), tilted);
     vec![
         case("calcite-block", one(64, lying(stone(block(-2.0, 2.0), calcite()), tilted)), fine.clone()),
@@ -41,9 +43,10 @@ pub fn crystals() -> Vec<Case> {
         case("crystal-in-a-bezel", in_a_bezel(), coarse.clone()),
         case("crystal-depth-limit", one(48, brilliant(calcite(), tilted)), leftover(Leftover::Exit)),
         case("crystal-depth-limit-dropped", one(48, brilliant(peridot(), tilted)), leftover(Leftover::Drop)),
+        case("eye-in-a-crystal", within_a_crystal(), RenderSettings { max_depth: 6, ..coarse.clone() }),
         case(
             "crystal-jittered-wavelengths",
-            one(48, brilliant(material("zircon"), tilted)),
+            one(48, brilliant(dispersive, tilted)),
             RenderSettings { samples: 3, jitter: true, ..coarse },
         ),
     ]
@@ -51,6 +54,14 @@ pub fn crystals() -> Vec<Case> {
 
 fn block(low: f64, high: f64) -> Arc<spectral_core::mesh::Mesh> {
     cuboid(DVec3::new(low, -2.0, -1.5), DVec3::new(high, 2.0, 1.5))
+}
+
+/// The eye in a biaxial block.
+fn within_a_crystal() -> Scene {
+    let camera =
+        Camera { position: DVec3::new(0.3, 0.2, -0.4), look_at: DVec3::new(1.0, 3.0, 0.5), ..view(50.0) };
+    let block = lying(stone(block(-2.0, 2.0), crystal(&[1.654, 1.671, 1.689])), [0.5, 0.3, 0.8]);
+    scene(camera, 48, studio(), vec![block])
 }
 
 /// A brilliant beneath a plate of calcite.

@@ -18,13 +18,13 @@ pub(super) struct Mode {
 }
 
 impl Mode {
-    /// Both modes of a crystal with the wave vector along a direction, of an eye that stands in it.
+    /// Both modes of a crystal with the wave vector along a direction, of an eye that stands in it. Their rays differ from it.
     pub fn of_eye(crystal: &Crystal, direction: DVec3) -> [Self; 2] {
         let waves = crystal.waves([0.0; 3], direction.to_array(), 1.0);
         waves.map(|wave| Mode { weight: 0.5, wave })
     }
 
-    fn direction(&self) -> DVec3 {
+    pub fn direction(&self) -> DVec3 {
         self.wave.ray().into()
     }
 }

@@ -12,15 +12,20 @@ use accel::lanes::{Lanes, Row, Triple, exp2};
 
 /// A throughput with what crystals ask for. Without crystals nothing of it is compiled.
 pub(super) trait Carrier<V: Lanes>: Throughput<V> {
-    /// At an eye that looks along `direction`, in air or `within` a medium: two modes in a crystal.
+    /// At an eye in air or in an isotropic medium.
     #[inline(always)]
-    fn begin(
-        axis: Triple<V>,
-        _direction: &[Row; 3],
+    fn begin(axis: Triple<V>, _polarized: bool) -> Self {
+        Self::eye(axis)
+    }
+
+    /// At an eye that looks along `direction` in a crystal: its modes, each with its ray; false in any other medium.
+    #[inline(always)]
+    fn begin_in_crystal(
+        _walk: &mut Walk<'_, V, Self>,
+        _packet: &Packet<V, Self>,
         _within: Option<&Medium>,
-        _polarized: bool,
-    ) -> [Option<Self>; 2] {
-        [Some(Self::eye(axis)), None]
+    ) -> bool {
+        false
     }
 
     /// Leaves what is not absorbed over `distance`, mm, along a ray.
@@ -123,22 +128,25 @@ impl<V: Lanes> Throughput<V> for Mixed<V> {
 
 impl<V: Lanes> Carrier<V> for Mixed<V> {
     #[inline(always)]
-    fn begin(
-        axis: Triple<V>,
-        direction: &[Row; 3],
+    fn begin(axis: Triple<V>, polarized: bool) -> Self {
+        Mixed { polarized, ..Self::eye(axis) }
+    }
+
+    #[inline(always)]
+    fn begin_in_crystal(
+        walk: &mut Walk<'_, V, Self>,
+        packet: &Packet<V, Self>,
         within: Option<&Medium>,
-        polarized: bool,
-    ) -> [Option<Self>; 2] {
-        let eye = Mixed { polarized, ..Self::eye(axis) };
-        match within.and_then(|medium| medium.crystal.as_deref()) {
-            None => [Some(eye), None],
-            Some(crystal) => {
-                let [first, second] = &crystal.of_eye(direction);
-                let (first, second) = (Triple::load(first), Triple::load(second));
-                let half = V::splat(0.5);
-                [Some(eye.in_mode(0, first, half)), Some(eye.in_mode(1, second, half))]
-            }
+    ) -> bool {
+        let Some(crystal) = within.and_then(|medium| medium.crystal.as_deref()) else { return false };
+        let modes = crystal.of_eye(&packet.direction.stored());
+        for mode in [1, 0] {
+            let [wave, ray] = &modes[mode];
+            let throughput = packet.throughput.in_mode(mode, Triple::load(wave), V::splat(0.5));
+            let nest = walk.tree.eye_nest;
+            walk.push(Packet { direction: Triple::load(ray), throughput, nest, ..*packet }, mode as u32);
         }
+        true
     }
 
     #[inline(always)]
@@ -169,7 +177,7 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
     ) -> bool {
         let [here, beyond] = [media.here, media.beyond].map(|medium| medium?.crystal.as_deref());
         let carried = &packet.throughput;
-        let choice = V::load(&block.choices[packet.depth as usize]);
+        let choice = V::load(&block.choices(walk.tree.powers[packet.depth as usize]));
         match (carried.mode, here, beyond) {
             (Some(mode), Some(crystal), other) => {
                 let beam = (carried.wave, carried.intensity());

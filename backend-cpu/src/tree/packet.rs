@@ -128,20 +128,18 @@ impl<'a, V: Lanes, T: Carrier<V>> Walk<'a, V, T> {
         if lanes == 0 {
             return sum;
         }
+        let packet = Packet {
+            origin: Triple::load(origin),
+            direction: Triple::load(direction),
+            throughput: T::begin(Triple::load(axis), self.tree.polarized),
+            lanes,
+            nest: Nest::default(),
+            depth: 0,
+            path: 0,
+            left: None,
+        };
         let within = self.medium(block, self.tree.eye_nest);
-        for throughput in
-            T::begin(Triple::load(axis), direction, within, self.tree.polarized).into_iter().flatten()
-        {
-            let packet = Packet {
-                origin: Triple::load(origin),
-                direction: Triple::load(direction),
-                throughput,
-                lanes,
-                nest: Nest::default(),
-                depth: 0,
-                path: 0,
-                left: None,
-            };
+        if !T::begin_in_crystal(self, &packet, within) {
             self.part(block, &packet, &crossings, &mut sum);
         }
         while let Some(packet) = self.stack.pop() {
