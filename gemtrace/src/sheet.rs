@@ -20,7 +20,7 @@ pub struct Cell {
     pub width: u32,
     /// Encoded sRGB with straight alpha, row by row.
     pub pixels: Vec<[u8; 4]>,
-    /// What stands beneath, a line each; what is too long for the picture ends in "…".
+    /// What stands beneath, a line each; what is too long for the picture ends in "..", since the font has no ellipsis.
     pub label: Vec<String>,
 }
 
@@ -76,8 +76,9 @@ impl Sheet {
         let advance = get_raster_width(WEIGHT, HEIGHT);
         let room = width / advance;
         let fits = text.chars().count() <= room;
-        let shown = text.chars().take(if fits { room } else { room.saturating_sub(1) });
-        for (place, letter) in shown.chain((!fits && room > 0).then_some('…')).enumerate() {
+        let kept = if fits { room } else { room.saturating_sub(2) };
+        let end = if fits { "" } else { ".." };
+        for (place, letter) in text.chars().take(kept).chain(end.chars()).take(room).enumerate() {
             let Some(raster) = get_raster(letter, WEIGHT, HEIGHT).or_else(|| get_raster('?', WEIGHT, HEIGHT))
             else {
                 continue;

@@ -34,7 +34,7 @@ pub mod schedule;
 pub mod texel;
 
 use crate::{
-    lattice::{CHOICES, MULTIPLIER},
+    lattice::{CHOICES, MULTIPLIER, SHIFT},
     prepare::{Nest, Rounding},
     settings::RenderSettings,
 };
@@ -208,7 +208,8 @@ impl Form {
             return EVENT_ISOTROPIC.to_owned();
         }
         let constants = format!(
-            "const POLARIZED: bool = {};\nconst CHOICES: u32 = {CHOICES}u;\nconst MULTIPLIER: u32 = {MULTIPLIER}u;",
+            "const POLARIZED: bool = {};\nconst CHOICES: u32 = {CHOICES}u;\nconst MULTIPLIER: u32 = {MULTIPLIER}u;\n\
+             const SHIFT: u32 = {SHIFT}u;",
             self.polarized
         );
         [&constants, &medium::crystal_declarations(), CRYSTAL, EVENT_CRYSTAL].join("\n")

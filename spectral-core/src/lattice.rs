@@ -50,19 +50,23 @@ pub(crate) const CHOICES: u32 = 59_049;
 /// The multiplier a of Korobov's rule for the choices.
 pub(crate) const MULTIPLIER: u32 = 229;
 
+/// All choices are shifted by so many of their smallest steps: in symmetrical stones two rays often have the same weight, and
+/// rounding must not decide between them.
+pub(crate) const SHIFT: u32 = 17;
+
 /// By what sample `index` chooses one of two rays at surface event `event`, in (0, 1): the first one if this is below its
 /// share of their weight.
 ///
-/// The further dimensions of the lattice, one for each event: the centre plus φ₃(i)·aᵉ, modulo 1 (Korobov's choice of the
-/// vector). Every pixel and every wavelength chooses alike, so a choice is no noise; and over 3ᵏ samples each dimension takes
+/// The further dimensions of the lattice, one for each event: a point near the centre plus φ₃(i)·aᵉ, modulo 1 (Korobov's choice
+/// of the vector). Every pixel and every wavelength chooses alike, so a choice is no noise; and over 3ᵏ samples each dimension takes
 /// 3ᵏ equidistant values. Sample 0 follows the heavier ray. a is the multiplier with the best spectral test of the pairs
 /// among five successive dimensions.
 ///
 /// ```
 /// use spectral_core::lattice::choice;
-/// assert_eq!(choice(0, 7), 0.5);
+/// assert!((choice(0, 7) - 0.5).abs() < 1e-3);
 /// let mean = (0..27).map(|i| choice(i, 3)).sum::<f64>() / 27.0;
-/// assert!((mean - 0.5).abs() < 1e-12);
+/// assert!((mean - 0.5).abs() < 1e-3);
 /// ```
 pub fn choice(index: u32, event: u32) -> f64 {
     chosen(order(index), power(event))
@@ -99,7 +103,8 @@ pub fn power(event: u32) -> u32 {
 
 /// The [`choice`] of which these are the parts, for those who keep them.
 pub fn chosen(order: u32, power: u32) -> f64 {
-    f64::from((2 * (order * power % CHOICES) + CHOICES) % (2 * CHOICES)) / f64::from(2 * CHOICES)
+    let place = order * power % CHOICES + SHIFT;
+    f64::from((2 * place + CHOICES) % (2 * CHOICES)) / f64::from(2 * CHOICES)
 }
 
 #[cfg(test)]

@@ -71,7 +71,7 @@ fn choice(event: u32) -> f32 {
         }
         power = power * power % CHOICES;
     }
-    return f32((2u * turned + CHOICES) % (2u * CHOICES)) / f32(2u * CHOICES);
+    return f32((2u * (turned + SHIFT) + CHOICES) % (2u * CHOICES)) / f32(2u * CHOICES);
 }
 
 // The weights of two modes that are followed. If one is lighter than `split` only one of them is, with the weight of both.
