@@ -83,6 +83,8 @@ mod warning;
 pub mod wavelength;
 
 #[cfg(feature = "render")]
+pub mod beam;
+#[cfg(feature = "render")]
 pub mod camera;
 #[cfg(feature = "render")]
 pub mod cut;
