@@ -39,9 +39,10 @@ mod view;
 use crate::{Error, import};
 pub use draft::Draft;
 use fields::{Document, Fields};
+use glam::DVec3;
 pub use overrides::Override;
 use source::Sources;
-pub use source::{Assets, SourceFile};
+pub use source::{Assets, Gate, SourceFile};
 use spectral_core::Warning;
 use spectral_core::film::Film;
 use spectral_core::scene::Scene;
@@ -64,6 +65,10 @@ pub struct LoadedScene {
     /// The colour that is put behind the stones as the picture is written, linear sRGB; the scene's own background is
     /// then transparent.
     pub backdrop: Option<[f64; 3]>,
+    /// Stops that the picture is brightened by where it is shown (PNG), beside what is asked for elsewhere.
+    pub exposure: f64,
+    /// The point about which `[pose]` turns the stones, mm; `None` without stones.
+    pub pivot: Option<DVec3>,
     /// What was accepted with a remark.
     pub warnings: Vec<Warning>,
     /// SHA-256, in hexadecimal, over the scene's text and the SHA-256 of every file it names, each with its length, in the
@@ -78,7 +83,9 @@ impl From<Scene> for LoadedScene {
     fn from(scene: Scene) -> Self {
         let (name, hash) = (String::new(), String::new());
         let settings = RenderSettings::default();
-        LoadedScene { name, scene, settings, backdrop: None, warnings: Vec::new(), hash, files: Vec::new() }
+        let (backdrop, exposure, pivot) = (None, 0.0, None);
+        let (warnings, files) = (Vec::new(), Vec::new());
+        LoadedScene { name, scene, settings, backdrop, exposure, pivot, warnings, hash, files }
     }
 }
 
@@ -128,6 +135,8 @@ fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> 
     let mut environment = light::read(&root, &mut sources, &view.camera)?;
     let materials = material::read(&root, &mut sources, &settings)?;
     let mut stones = stone::read(&root, &materials, &mut sources)?;
+    // Scaling moves it as it moves the stones.
+    let middle = pose::middle(&stones).map_err(|e| root.blame(e))?;
     let scale = pose::read(&root)?.map_or(Ok(1.0), |pose| pose.apply(&mut view.camera, &mut stones))?;
     let ground = ground::read(&root, &materials, scale, &stones, &mut environment)?;
     root.finish()?;
@@ -148,6 +157,8 @@ fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> 
         scene,
         settings,
         backdrop: view.backdrop,
+        exposure: view.exposure,
+        pivot: middle.map(|middle| middle * scale),
         warnings: sources.warnings,
         hash,
         files: sources.files,

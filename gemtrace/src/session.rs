@@ -31,6 +31,9 @@ pub trait Watch {
         ControlFlow::Continue(())
     }
 
+    /// A pass is over: no pixel of the film needs any of its first `samples` samples.
+    fn pass(&mut self, film: &Film, samples: u32, traced: &TraceReport) {}
+
     /// Something went wrong that does not stop the work, such as a device that failed and was replaced; one line.
     fn warning(&mut self, message: &str) {}
 }
@@ -278,6 +281,7 @@ fn passes(
         if tolerance > 0.0 && first >= LEAST {
             film.settle(first, tolerance);
         }
+        watch.pass(film, first, &rendered.traced);
     }
     Ok(())
 }

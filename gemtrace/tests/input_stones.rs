@@ -76,3 +76,35 @@ fn an_axis_that_cannot_be_up_is_refused() {
         assert!(error.contains(expected), "{error}");
     }
 }
+
+/// The point about which a scene's stones turn, and the first vertex of its stone as it is posed.
+fn posed(pose: &str) -> [glam::DVec3; 2] {
+    let text = format!(
+        "format = 1\ncamera = {{ position = [0, -20, 20], look_at = [0, 0, 0] }}\n[film]\nexposure = -1.5\n\
+         [[stone]]\nshape = \"step\"\nwidth = 6.0\nmaterial = \"quartz\"\nposition = [3, 0, 1]\n{pose}"
+    );
+    let loaded = scene_file::parse(&text, "a.toml".as_ref(), ".".as_ref()).unwrap();
+    assert_eq!(loaded.exposure, -1.5);
+    let placed = loaded.scene.stones[0].placed().unwrap();
+    [loaded.pivot.unwrap(), placed.positions()[0]]
+}
+
+#[test]
+fn a_pose_rotates_about_the_middle_of_the_stones() {
+    let [pivot, vertex] = posed("");
+    for angles in
+        [[90.0, 0.0, 0.0], [0.0, 90.0, 0.0], [0.0, 0.0, 90.0], [20.0, -35.0, 110.0], [10.0, 90.0, 5.0]]
+    {
+        let [x, y, z] = angles.map(f64::to_radians);
+        let turned = glam::DMat3::from_rotation_z(z)
+            * glam::DMat3::from_rotation_y(y)
+            * glam::DMat3::from_rotation_x(x);
+        let [same, found] = posed(&format!("[pose]\nrotation = {angles:?}"));
+        assert!((same - pivot).length() < 1e-12);
+        assert!((found - pivot - turned * (vertex - pivot)).length() < 1e-9, "{angles:?}: {found}");
+        // The turn follows.
+        let [_, found] = posed(&format!("[pose]\nrotation = {angles:?}\nturn = 30"));
+        let expected = glam::DMat3::from_rotation_z(30.0_f64.to_radians()) * turned * (vertex - pivot);
+        assert!((found - pivot - expected).length() < 1e-9, "{angles:?}: {found}");
+    }
+}

@@ -277,6 +277,12 @@ impl Film {
         convergence.settle(samples, tolerance, |i| xyz[i].map(|v| v * inverse(counts[i])));
     }
 
+    /// The change of the picture at the last two [checks](Film::settle), ΔE00 in the root mean square over all blocks,
+    /// each with its change when it was last looked at; `None` before the second.
+    pub fn change(&self) -> Option<f64> {
+        self.convergence.mean_change()
+    }
+
     /// Mean CIE XYZ of a pixel; 0 without samples. Panics outside the film.
     pub fn xyz(&self, x: u32, y: u32) -> [f32; 3] {
         let i = self.index(x, y);

@@ -60,6 +60,7 @@ impl Picture {
         report: &TraceReport,
         options: Options,
     ) -> Self {
+        let options = Options { exposure: options.exposure + loaded.exposure, ..options };
         let provenance = Provenance::new(&loaded.name, &loaded.hash, scene, devices, report)
             .with("space", options.space.name().into())
             .with("exposure", options.exposure.into());
@@ -109,6 +110,16 @@ impl Picture {
             #[cfg(not(feature = "formats"))]
             Format::Exr => Err("EXR needs the feature 'formats'".to_owned()),
         }
+    }
+
+    /// The bytes of its PNG file.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if it cannot be encoded.
+    pub fn png(&self) -> Result<Vec<u8>, Error> {
+        let mut bytes = Vec::new();
+        png::encode(self, &mut bytes).map_err(|e| Error::output("the picture", e))?;
+        Ok(bytes)
     }
 
     /// What an 8-bit PNG in sRGB would show: encoded, straight alpha, row by row.

@@ -6,11 +6,10 @@ use png::{
     chunk::ChunkType,
 };
 use spectral_core::color::{RgbSpace, srgb_encode};
-use std::fs::File;
 use std::io::{BufWriter, Write};
 
 /// Encodes a picture: straight alpha, sRGB transfer, clipped.
-pub fn encode(picture: &Picture, file: &mut File) -> Result<(), String> {
+pub fn encode(picture: &Picture, file: &mut impl Write) -> Result<(), String> {
     let mut buffer = BufWriter::new(file);
     try_encode(picture, &mut buffer).map_err(|e| match e {
         png::EncodingError::IoError(e) => e.to_string(),

@@ -9,6 +9,8 @@ use spectral_core::scene::Stone;
 /// How the stones are held.
 pub(super) struct Pose<'a> {
     fields: Fields<'a>,
+    /// Degrees about x, then y, then z.
+    rotation: DVec3,
     /// Degrees about +z.
     turn: f64,
     /// Degrees about the camera's horizontal axis.
@@ -22,6 +24,10 @@ pub(super) fn read<'a>(root: &Fields<'a>) -> Result<Option<Pose<'a>>, Error> {
     let fields = entry.fields("[pose]")?;
     let angle = |key| fields.get(key).map_or(Ok(0.0), |e| e.number("an angle in degrees"));
     let (turn, tilt) = (angle("turn")?, angle("tilt")?);
+    let rotation = match fields.get("rotation") {
+        Some(entry) => entry.vector("three angles [x, y, z], degrees")?.into(),
+        None => DVec3::ZERO,
+    };
     let size = match fields.get("size") {
         Some(entry) => {
             let expected = "the first stone's width in mm, above 0 and at most 1e6";
@@ -34,18 +40,23 @@ pub(super) fn read<'a>(root: &Fields<'a>) -> Result<Option<Pose<'a>>, Error> {
         None => None,
     };
     fields.finish()?;
-    Ok(Some(Pose { fields, turn, tilt, size }))
+    Ok(Some(Pose { fields, rotation, turn, tilt, size }))
 }
 
 impl Pose<'_> {
-    /// Scales camera and stones, then turns the stones, then tilts them; returns the scale.
+    /// Scales camera and stones, then rotates, turns and tilts the stones; returns the scale.
     pub fn apply(&self, camera: &mut Camera, stones: &mut [Stone]) -> Result<f64, Error> {
         let scale = self.scale(stones)?;
         if scale != 1.0 {
             enlarge(scale, camera, stones);
         }
-        if !stones.is_empty() && (self.turn != 0.0 || self.tilt != 0.0) {
-            turn(self.turn, self.tilt, camera, stones).map_err(|e| self.fields.blame(e))?;
+        if let Some(centre) = middle(stones).map_err(|e| self.fields.blame(e))? {
+            if self.rotation != DVec3::ZERO {
+                rotate(of_degrees(self.rotation), centre, stones);
+            }
+            if self.turn != 0.0 || self.tilt != 0.0 {
+                turn(self.turn, self.tilt, camera, centre, stones);
+            }
         }
         stones.iter().try_for_each(|stone| stone.check_place().map_err(|e| self.fields.blame(e)))?;
         Ok(scale)
@@ -80,28 +91,38 @@ fn enlarge(scale: f64, camera: &mut Camera, stones: &mut [Stone]) {
     }
 }
 
-/// About the middle of the box around all stones as they stand: first about +z, then about the camera's axis to the
-/// right, so that with a positive tilt what is upright in the picture comes towards the eye.
-fn turn(turn: f64, tilt: f64, camera: &Camera, stones: &mut [Stone]) -> Result<(), spectral_core::Error> {
+/// The middle of the box around all stones as they stand, about which they are turned.
+pub(super) fn middle(stones: &[Stone]) -> Result<Option<DVec3>, spectral_core::Error> {
     let (low, high) = shade::bounds(stones)?;
-    let centre = (low + high) / 2.0;
+    Ok((!stones.is_empty()).then(|| (low + high) / 2.0))
+}
+
+/// A rotation about x, then y, then z, by degrees.
+fn of_degrees(angles: DVec3) -> DMat3 {
+    let angles = angles * std::f64::consts::PI / 180.0;
+    DMat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x)
+}
+
+/// The stones turned by a rotation about a point.
+fn rotate(over: DMat3, centre: DVec3, stones: &mut [Stone]) {
+    for stone in stones {
+        // A stone turns about x, then y, then z: the matrix is Z Y X.
+        let (z, y, x) = (over * of_degrees(stone.rotation)).to_euler(EulerRot::ZYX);
+        stone.rotation = DVec3::new(x, y, z) * 180.0 / std::f64::consts::PI;
+        stone.position = centre + over * (stone.position - centre);
+    }
+}
+
+/// First about +z, then about the camera's axis to the right, so that with a positive tilt what is upright in the
+/// picture comes towards the eye.
+fn turn(turn: f64, tilt: f64, camera: &Camera, centre: DVec3, stones: &mut [Stone]) {
     let onto = DMat3::from_rotation_z(turn.to_radians());
     for stone in stones.iter_mut() {
         stone.rotation.z += turn;
         stone.position = centre + onto * (stone.position - centre);
     }
     let right = (camera.look_at - camera.position).cross(camera.up).normalize_or_zero();
-    if tilt == 0.0 || right == DVec3::ZERO {
-        return Ok(());
+    if tilt != 0.0 && right != DVec3::ZERO {
+        rotate(DMat3::from_axis_angle(right, tilt.to_radians()), centre, stones);
     }
-    let over = DMat3::from_axis_angle(right, tilt.to_radians());
-    for stone in stones {
-        let angles = stone.rotation * std::f64::consts::PI / 180.0;
-        // A stone turns about x, then y, then z: the matrix is Z Y X.
-        let (z, y, x) =
-            (over * DMat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x)).to_euler(EulerRot::ZYX);
-        stone.rotation = DVec3::new(x, y, z) * 180.0 / std::f64::consts::PI;
-        stone.position = centre + over * (stone.position - centre);
-    }
-    Ok(())
 }

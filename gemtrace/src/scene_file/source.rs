@@ -25,12 +25,42 @@ pub struct SourceFile {
 
 /// What the files of earlier scenes were decoded to, so that a scene that names them again need not read them.
 ///
-/// A file counts as the same while its size and its time of change are. What the latest scene did not name is forgotten.
+/// A file counts as the same while its size and its time of change are. What the latest scene did not name is forgotten,
+/// but for the latest so many that [`keeping`](Assets::keeping) asks for.
 #[derive(Default)]
 pub struct Assets {
     known: HashMap<(PathBuf, TypeId), Asset>,
+    /// What scenes before the latest named, the latest last.
+    resting: Vec<((PathBuf, TypeId), Asset)>,
+    /// The most that rest.
+    keep: usize,
+    gate: Option<Gate>,
     /// The light model that was drawn last.
     drawn: Option<(LightModel, Arc<LatLong>)>,
+}
+
+/// Says where a file is that a scene names, or why it may not be read.
+pub type Gate = Arc<dyn Fn(&Path) -> Result<PathBuf, Error> + Send + Sync>;
+
+impl Assets {
+    /// Also keeps up to `files` files that only earlier scenes named, and reads none that `gate` refuses.
+    pub fn keeping(files: usize, gate: Gate) -> Self {
+        Assets { keep: files, gate: Some(gate), ..Assets::default() }
+    }
+
+    /// Takes out what is known of a file, if it is still the same.
+    fn take(&mut self, key: &(PathBuf, TypeId)) -> Option<Asset> {
+        let resting = self.resting.iter().position(|(name, _)| name == key);
+        let known = self.known.remove(key).or_else(|| resting.map(|at| self.resting.remove(at).1));
+        known.filter(Asset::is_current)
+    }
+
+    /// Keeps what a scene used for the next one.
+    fn keep(&mut self, used: HashMap<(PathBuf, TypeId), Asset>) {
+        self.resting.extend(std::mem::replace(&mut self.known, used));
+        let most = self.resting.len().saturating_sub(self.keep);
+        self.resting.drain(..most);
+    }
 }
 
 /// A file, and what one of its readers made of it.
@@ -74,9 +104,10 @@ impl<'a> Sources<'a> {
         reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
     ) -> Result<Arc<T>, Error> {
         let path = self.folder.join(name);
+        let path = self.earlier.gate.as_ref().map_or(Ok(path.clone()), |gate| gate(&path))?;
         let key = (path.clone(), TypeId::of::<T>());
         let known = self.used.get(&key).cloned();
-        let known = known.or_else(|| self.earlier.known.remove(&key).filter(Asset::is_current));
+        let known = known.or_else(|| self.earlier.take(&key));
         let asset = match known {
             Some(asset) => asset,
             None => {
@@ -132,7 +163,7 @@ impl<'a> Sources<'a> {
 
     /// The scene is read: keeps what it used for the next one. Returns its hash.
     pub fn finish(&mut self) -> String {
-        self.earlier.known = std::mem::take(&mut self.used);
+        self.earlier.keep(std::mem::take(&mut self.used));
         std::mem::replace(&mut self.hash, Hash::new()).finish()
     }
 }

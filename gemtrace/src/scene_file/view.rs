@@ -18,6 +18,8 @@ pub(super) struct View<'a> {
     pub background: Background,
     /// The colour past the stones, linear sRGB, if it is one.
     pub backdrop: Option<[f64; 3]>,
+    /// Stops that the picture is brightened by where it is shown.
+    pub exposure: f64,
     camera_fields: Fields<'a>,
     film_fields: Option<Fields<'a>>,
 }
@@ -40,11 +42,11 @@ pub(super) fn read<'a>(root: &Fields<'a>) -> Result<View<'a>, Error> {
         root.need("camera", "a table with at least 'position' and 'look_at'")?.fields("[camera]")?;
     let camera = camera(&camera_fields)?;
     let film_fields = root.get("film").map(|entry| entry.fields("[film]")).transpose()?;
-    let (width, height, (background, backdrop)) = match &film_fields {
+    let (width, height, exposure, (background, backdrop)) = match &film_fields {
         Some(fields) => film(fields)?,
-        None => (DEFAULT_SIZE, DEFAULT_SIZE, (Background::default(), None)),
+        None => (DEFAULT_SIZE, DEFAULT_SIZE, 0.0, (Background::default(), None)),
     };
-    Ok(View { camera, width, height, background, backdrop, camera_fields, film_fields })
+    Ok(View { camera, width, height, background, backdrop, exposure, camera_fields, film_fields })
 }
 
 fn camera(fields: &Fields) -> Result<Camera, Error> {
@@ -66,15 +68,26 @@ fn camera(fields: &Fields) -> Result<Camera, Error> {
     Ok(Camera { position, look_at, up, projection })
 }
 
-fn film(fields: &Fields) -> Result<(u32, u32, Behind), Error> {
+fn film(fields: &Fields) -> Result<(u32, u32, f64, Behind), Error> {
     let edge = |key| {
         let expected = "a whole number of pixels, from 1 to 65536";
         fields.get(key).map_or(Ok(DEFAULT_SIZE), |entry| entry.whole(expected))
     };
     let (width, height) = (edge("width")?, edge("height")?);
     let behind = fields.get("background").map_or(Ok(Behind::default()), |entry| background(&entry))?;
+    let exposure = match fields.get("exposure") {
+        Some(entry) => {
+            let expected = "a number of stops from -64 to 64";
+            let stops = entry.number(expected)?;
+            if stops.abs() > 64.0 {
+                return Err(entry.refuse(expected));
+            }
+            stops
+        }
+        None => 0.0,
+    };
     fields.finish()?;
-    Ok((width, height, behind))
+    Ok((width, height, exposure, behind))
 }
 
 /// What is rendered past the stones, and the colour that is put there afterwards.

@@ -16,6 +16,8 @@ pub(super) struct Convergence {
     before: Vec<[f32; 3]>,
     /// For each block, row by row.
     settled: Vec<bool>,
+    /// The change of each block when it was last compared, ΔE00; empty before the second check.
+    changes: Vec<f32>,
     /// The number of samples at the last check.
     checked: u32,
 }
@@ -23,7 +25,14 @@ pub(super) struct Convergence {
 impl Convergence {
     pub fn new(width: u32, height: u32) -> Self {
         let blocks = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
-        Convergence { width, height, before: Vec::new(), settled: vec![false; blocks], checked: 0 }
+        Convergence {
+            width,
+            height,
+            before: Vec::new(),
+            settled: vec![false; blocks],
+            changes: Vec::new(),
+            checked: 0,
+        }
     }
 
     /// For each pixel of a row, whether its block is settled.
@@ -43,11 +52,22 @@ impl Convergence {
         let now: Vec<[f32; 3]> =
             (0..pixels).map(|i| lab(xyz(i).map(f64::from), white).map(|v| v as f32)).collect();
         if !self.before.is_empty() {
+            self.changes.resize(self.settled.len(), 0.0);
             for block in 0..self.settled.len() {
-                self.settled[block] = self.settled[block] || self.change(block, &now) <= tolerance;
+                if !self.settled[block] {
+                    let change = self.change(block, &now);
+                    self.changes[block] = change as f32;
+                    self.settled[block] = change <= tolerance;
+                }
             }
         }
         self.before = now;
+    }
+
+    /// The root mean square of the changes of all blocks.
+    pub fn mean_change(&self) -> Option<f64> {
+        let squares = self.changes.iter().map(|change| f64::from(*change).powi(2)).sum::<f64>();
+        (!self.changes.is_empty()).then(|| (squares / self.changes.len() as f64).sqrt())
     }
 
     /// The root mean square of the differences of a block's pixels from before, ΔE00.
