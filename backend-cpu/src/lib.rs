@@ -38,6 +38,7 @@ pub const CPU: Backend = Backend {
     about: "this machine's processor, single precision",
     devices: || vec![device("cpu", "SBVH, or facet planes for one convex stone")],
     unusable: Vec::new,
+    areas: false,
     open: tracer::open,
 };
 
@@ -47,6 +48,7 @@ pub const REFERENCE: Backend = Backend {
     about: "double precision, every surface tested: slow, the others are held to it",
     devices: || vec![device("reference", "every triangle, double precision")],
     unusable: Vec::new,
+    areas: false,
     open: reference::open,
 };
 

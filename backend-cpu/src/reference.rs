@@ -21,7 +21,9 @@ use spectral_core::{
     scene::Background,
     settings::Leftover,
     stokes::{StokesRow, align, any_axis},
-    tracer::{Device, DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    tracer::{
+        Device, DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_points,
+    },
     upsample,
 };
 use std::ops::{ControlFlow, Range};
@@ -32,6 +34,7 @@ use surface::{Crossing, Surfaces};
 pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
     let (device, options) = (device.clone(), *options);
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
+        check_points(&scene)?;
         let surfaces = Surfaces::new(&scene.geometry);
         let (device, workers) = (device.clone(), schedule::workers(&options)?);
         Ok(Box::new(Reference { device, scene, surfaces, options, workers }) as Box<dyn Tracer>)

@@ -13,7 +13,7 @@ use spectral_core::{
     Error,
     film::Film,
     prepare::{Geometry, PreparedScene},
-    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
+    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_points},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -47,6 +47,7 @@ fn open_in(
     // The hierarchy over the last geometry that needed one.
     let mut last: Option<(Arc<Geometry>, Arc<Surfaces>)> = None;
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
+        check_points(&scene)?;
         let start = Instant::now();
         let path = match Chain::new(&scene, instructions) {
             Some(chain) => Path::Chain(chain),

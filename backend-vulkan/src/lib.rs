@@ -45,6 +45,7 @@ pub const VULKAN: Backend = Backend {
     about: "GPUs through Vulkan 1.3, with their ray tracing where they have it, single precision",
     devices: physical::devices,
     unusable: physical::unusable,
+    areas: false,
     open: tracer::open,
 };
 

@@ -24,6 +24,7 @@ pub const WGPU: Backend = Backend {
     about: "any GPU through wgpu (Vulkan, Metal, Direct3D 12, OpenGL), single precision",
     devices: device::devices,
     unusable: device::unusable,
+    areas: false,
     open: tracer::open,
 };
 

@@ -3,7 +3,7 @@
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gemtrace::scene_file::Override;
 use gemtrace::{Error, Session, registry};
-use spectral_core::settings::Quality;
+use spectral_core::settings::{Coverage, Quality};
 use spectral_core::tracer::OpenOptions;
 
 /// What renders, and what is rendered in place of what the scene says.
@@ -18,6 +18,9 @@ pub struct Rendering {
     /// Samples, wavelengths, depth and thresholds chosen together, in place of the scene's.
     #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Quality::ALL, Quality::name))]
     pub quality: Option<Quality>,
+    /// What a pixel's samples are: rays through points, its whole area, or whichever suits.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Coverage::ALL, Coverage::name))]
+    pub coverage: Option<Coverage>,
     /// Samples for every pixel, or with --tolerance the most, in place of the scene's.
     #[arg(long, value_name = "N")]
     pub samples: Option<u32>,
@@ -35,8 +38,8 @@ pub struct Rendering {
 impl Rendering {
     /// What is asked for in place of what a scene says.
     pub fn overrides(&self) -> Override {
-        let &Rendering { size, quality, samples, tolerance, .. } = self;
-        Override { size, quality, samples, tolerance }
+        let &Rendering { size, quality, coverage, samples, tolerance, .. } = self;
+        Override { size, quality, coverage, samples, tolerance }
     }
 
     /// How the device is opened.

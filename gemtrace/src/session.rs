@@ -8,14 +8,14 @@ use spectral_core::{
     film::{Film, Missing},
     prepare::PreparedScene,
     scene::Scene,
-    settings::RenderSettings,
+    settings::{Coverage, RenderSettings},
     tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceReport, Tracer},
 };
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 
-/// The samples at which a picture is first judged; nine is the fewest that any part of it gets.
+/// The points at which a picture is first judged; nine is the fewest that any part of it gets. Of areas it is one.
 const LEAST: u32 = 3;
 
 /// Someone who follows a render. Every method may be left out; `()` leaves out all, and a closure that takes a
@@ -52,6 +52,9 @@ impl<F: FnMut(Progress) -> ControlFlow<()>> Watch for F {
 pub struct Rendered {
     /// The account of all devices together.
     pub traced: TraceReport,
+    /// The scene as the film shows it: its samples are points if a device could not follow areas. `None` where no device was
+    /// opened.
+    pub scene: Option<Arc<PreparedScene>>,
     /// The devices that added to the film, in order.
     pub devices: Vec<DeviceInfo>,
     /// Why the last device was taken.
@@ -69,7 +72,12 @@ impl Rendered {
         loaded: &LoadedScene,
         options: Options,
     ) -> Picture {
-        Picture::new(film, scene, loaded, &self.devices, &self.traced, options)
+        Picture::new(film, self.shown(scene), loaded, &self.devices, &self.traced, options)
+    }
+
+    /// The scene as the film shows it, of the one that was to be rendered.
+    pub fn shown<'a>(&'a self, scene: &'a PreparedScene) -> &'a PreparedScene {
+        self.scene.as_deref().unwrap_or(scene)
     }
 }
 
@@ -163,6 +171,12 @@ impl Session {
     /// # Errors
     /// [`Error::Core`] for what cannot be rendered.
     pub fn prepare(&mut self, scene: &Scene, settings: &RenderSettings) -> Result<Arc<PreparedScene>, Error> {
+        let in_points = self.current.as_ref().is_some_and(|(choice, _)| !choice.backend.areas);
+        // The device would not be given the optics of areas.
+        let settings = &match settings.coverage {
+            Coverage::Auto if in_points => RenderSettings { coverage: Coverage::Points, ..settings.clone() },
+            _ => settings.clone(),
+        };
         let prepared = match self.prepared.take() {
             Some(before) => before.update(scene, settings)?,
             None => PreparedScene::new(scene, settings)?,
@@ -242,9 +256,32 @@ impl Session {
         rendered: &mut Rendered,
     ) -> Result<Box<dyn Device>, spectral_core::Error> {
         let mut device = open.map_or_else(|| (choice.backend.open)(&choice.device, &self.options), Ok)?;
-        passes(&mut *device.load(Arc::clone(scene))?, scene, film, watch, rendered)?;
+        let shown = shown(choice, scene, rendered, watch)?;
+        rendered.scene = Some(Arc::clone(&shown));
+        passes(&mut *device.load(Arc::clone(&shown))?, &shown, film, watch, rendered)?;
         Ok(device)
     }
+}
+
+/// The scene as a device is to show it: in points if it cannot follow areas, or if the film has points already.
+fn shown(
+    choice: &Choice,
+    scene: &Arc<PreparedScene>,
+    rendered: &Rendered,
+    watch: &mut dyn Watch,
+) -> Result<Arc<PreparedScene>, spectral_core::Error> {
+    let begun = rendered.scene.as_ref().filter(|_| rendered.traced.energy.started > 0.0);
+    let shown = begun.unwrap_or(scene);
+    if shown.silhouette.is_none() || choice.backend.areas {
+        return Ok(Arc::clone(shown));
+    }
+    if begun.is_some() {
+        let message = "it cannot carry on a picture whose samples are areas".to_owned();
+        return Err(spectral_core::Error::Device { device: label(&choice.device), message });
+    }
+    let points = shown.in_points()?;
+    points.warnings.iter().skip(shown.warnings.len()).for_each(|remark| watch.warning(&remark.to_string()));
+    Ok(Arc::new(points))
 }
 
 /// All passes on one device; those that the film has already take no time.
@@ -278,8 +315,8 @@ fn passes(
         if !rendered.traced.finished {
             break;
         }
-        if tolerance > 0.0 && first >= LEAST {
-            film.settle(first, tolerance);
+        if tolerance > 0.0 && (first >= LEAST || scene.silhouette.is_some()) {
+            film.settle(first, tolerance, scene.settings.block());
         }
         watch.pass(film, first, &rendered.traced);
     }

@@ -16,7 +16,7 @@ use std::ops::Range;
 pub struct PixelSample {
     /// CIE XYZ, relative: an environment of (1, 1, 1) under D65 has Y = 1.
     pub xyz: [f32; 3],
-    /// 1 if the primary ray meets a stone, else 0; the mean is the coverage of the pixel.
+    /// 1 if the primary ray meets a stone, else 0; of an area the share that meets one. The mean is the coverage of the pixel.
     pub coverage: f32,
 }
 
@@ -101,7 +101,7 @@ impl Film {
             coverage: vec![0.0; pixels],
             samples: vec![0; pixels],
             radiance: vec![0.0; pixels * wavelengths],
-            convergence: convergence::Convergence::new(width, height),
+            convergence: convergence::Convergence::new(width, height, BLOCK),
         })
     }
 
@@ -264,16 +264,20 @@ impl Film {
         self.samples.iter().map(|&n| u64::from(n)).sum()
     }
 
-    /// Settles blocks of [`BLOCK`] × [`BLOCK`] pixels that need no more than `samples` samples:
-    /// [`missing`](Film::missing) then omits them. A block is settled if the colours of its pixels differ from those at the
+    /// Settles blocks of `block` × `block` pixels that need no more than `samples` samples:
+    /// [`missing`](Film::missing) then omits them. Of one film, `block` is always the same
+    /// ([`RenderSettings::block`](crate::settings::RenderSettings::block)). A block is settled if the colours of its pixels differ from those at the
     /// last check by at most `tolerance`, ΔE00 in the root mean square; so the first check settles nothing. If each check
     /// has three times the samples of the last, the remaining error is below this difference. The decision depends on the
     /// samples of the block alone, so it does not matter which machine renders its neighbours.
     ///
     /// Must be called when the film has reached `samples`. A film that was checked there or later does not change, so a
     /// continued render decides as before.
-    pub fn settle(&mut self, samples: u32, tolerance: f64) {
-        let Film { xyz, samples: counts, convergence, .. } = self;
+    pub fn settle(&mut self, samples: u32, tolerance: f64, block: u32) {
+        let Film { width, height, xyz, samples: counts, convergence, .. } = self;
+        if convergence.block() != block {
+            *convergence = convergence::Convergence::new(*width, *height, block);
+        }
         convergence.settle(samples, tolerance, |i| xyz[i].map(|v| v * inverse(counts[i])));
     }
 
@@ -290,7 +294,7 @@ impl Film {
         self.xyz[i].map(|v| v * scale)
     }
 
-    /// The share of a pixel's samples that meet a stone. Panics outside the film.
+    /// The share of a pixel's samples, or of its area, that meets a stone. Panics outside the film.
     pub fn coverage(&self, x: u32, y: u32) -> f32 {
         let i = self.index(x, y);
         self.coverage[i] * inverse(self.samples[i])

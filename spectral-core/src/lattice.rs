@@ -44,6 +44,19 @@ pub fn point(index: u32) -> [f64; 3] {
     GENERATOR.map(|g| ((2 * g * inverse + POINTS) % (2 * POINTS)) as f64 / (2 * POINTS) as f64)
 }
 
+/// Place `index` of the sequence in one dimension, for samples that differ in their wavelengths alone: the first 3ᵏ places are
+/// the middles of 3ᵏ equal cells, and the first is 0.5.
+///
+/// ```
+/// use spectral_core::lattice::place;
+/// assert_eq!([0, 1, 2].map(place), [0.5, 5.0 / 6.0, 1.0 / 6.0]);
+/// ```
+pub fn place(index: u32) -> f64 {
+    // g begins with 1.
+    let [place, ..] = point(index);
+    place
+}
+
 /// The number of choices at an event, 3¹⁰: so small that a product of two stays below 2³².
 pub(crate) const CHOICES: u32 = 59_049;
 

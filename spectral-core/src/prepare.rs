@@ -26,11 +26,12 @@ pub use spectral::{Optics, SpectralTable};
 
 use crate::{
     Error, Warning,
+    beam::Silhouette,
     camera::{CameraRay, View},
     environment::Environment,
     film::{Film, Tile},
     scene::{Background, Scene},
-    settings::RenderSettings,
+    settings::{Coverage, RenderSettings},
 };
 use glam::DVec3;
 use std::ops::Range;
@@ -63,8 +64,12 @@ pub struct PreparedScene {
     pub eye_nest: Nest,
     /// Whether the eye is nearer to a surface than [`Geometry::CLOSE`]: single precision then looks at edges twice.
     pub close_up: bool,
+    /// What the stone covers of each pixel, if samples are areas; else they are points.
+    pub silhouette: Option<Arc<Silhouette>>,
     /// Remarks that do not stop the work.
     pub warnings: Vec<Warning>,
+    /// The settings that were asked for.
+    asked: RenderSettings,
     /// The light as the scene has it.
     light: Environment,
 }
@@ -113,7 +118,6 @@ impl PreparedScene {
             Some(before) if before.geometry.is_of(&scene.stones) => before.geometry.clone(),
             _ => Arc::new(Geometry::new(&scene.stones)?),
         };
-        let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
         let environment = Self::light(&scene.environment, geometry.origin, before);
         let view = view.seen_from(geometry.origin);
         // As the scene has it: what a camera that is moved no longer sees would not be judged.
@@ -121,7 +125,22 @@ impl PreparedScene {
         let (view, moved) = geometry.clear(view)?;
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let close_up = geometry.is_close(&view);
+        let wanted = settings.coverage != Coverage::Points;
+        let lone = wanted.then(|| geometry.lone_convex_stone(eye_nest)).flatten();
+        let silhouette = lone.and_then(|stone| Silhouette::of(&geometry, stone, &view)).map(Arc::new);
+        let asked = settings;
+        let settings = &match silhouette {
+            Some(_) => settings.of_area(),
+            None => RenderSettings { coverage: Coverage::Points, ..settings.clone() },
+        };
+        let optics = Optics::new(scene, settings, before.map(|before| &before.optics))?;
         let mut warnings = optics.warnings.clone();
+        if asked.coverage == Coverage::Area && silhouette.is_none() {
+            warnings.push(Warning::new(
+                "coverage = \"area\" needs one convex stone of one index, all of it before the camera and nothing beside it: \
+                 this scene is rendered from points",
+            ));
+        }
         warnings.extend(moved);
         warnings.extend(substance::remarks(&scene.stones)?);
         if !eye_nest.is_empty() {
@@ -138,7 +157,9 @@ impl PreparedScene {
             optics,
             eye_nest,
             close_up,
+            silhouette,
             warnings,
+            asked: asked.clone(),
             light: scene.environment.clone(),
         })
     }
@@ -156,6 +177,27 @@ impl PreparedScene {
             }
             _ => Arc::new(light.seen_from(origin, before.map(|before| &before.environment.source))),
         }
+    }
+
+    /// The same scene for devices that cannot follow areas, its samples points; with a remark where areas were asked for by
+    /// name.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new), for the optics of other wavelengths.
+    pub fn in_points(&self) -> Result<Self, Error> {
+        let settings = RenderSettings { coverage: Coverage::Points, ..self.asked.clone() };
+        let optics = self.optics.with(&self.light, &settings)?;
+        let mut scene = PreparedScene { settings, optics, silhouette: None, ..self.clone() };
+        if self.silhouette.is_some() && self.asked.coverage == Coverage::Area {
+            let remark = "coverage = \"area\" is for the processor: this device renders from points";
+            scene.warnings.push(Warning::new(remark));
+        }
+        Ok(scene)
+    }
+
+    /// The most samples that a pixel gets, be they areas or [points](Self::in_points).
+    pub fn most_samples(&self) -> u32 {
+        self.settings.samples.max(self.asked.samples)
     }
 
     /// Wavelengths traced for each pixel sample.
@@ -199,12 +241,16 @@ impl PreparedScene {
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {
-        match self.geometry.stones.as_slice() {
+        self.geometry.lone_convex_stone(self.eye_nest)
+    }
+}
+
+impl Geometry {
+    /// See [`PreparedScene::lone_convex_stone`].
+    fn lone_convex_stone(&self, eye_nest: Nest) -> Option<&PreparedStone> {
+        match self.stones.as_slice() {
             [stone]
-                if stone.has_few_planes()
-                    && !stone.conductor
-                    && !stone.crystal
-                    && self.eye_nest.is_empty() =>
+                if stone.has_few_planes() && !stone.conductor && !stone.crystal && eye_nest.is_empty() =>
             {
                 Some(stone)
             }
@@ -309,6 +355,27 @@ mod tests {
             assert_eq!(second.geometry.facets, anew.geometry.facets, "{what}");
             assert_eq!((&second.view, &second.warnings), (&anew.view, &anew.warnings), "{what}");
         }
+    }
+
+    #[test]
+    fn samples_are_areas_where_one_convex_stone_allows_it() {
+        let area = RenderSettings { coverage: Coverage::Area, ..RenderSettings::default() };
+        let mut scene = two_stones();
+        let both = PreparedScene::new(&scene, &area).unwrap();
+        assert!(both.silhouette.is_none() && both.settings.coverage == Coverage::Points);
+        let remark =
+            |scene: &PreparedScene| scene.warnings.iter().any(|w| w.to_string().contains("coverage"));
+        assert!(remark(&both));
+        scene.stones.pop();
+        let one = PreparedScene::new(&scene, &area).unwrap();
+        assert!(one.silhouette.is_some() && !remark(&one));
+        assert_eq!((one.settings.samples, one.optics.tables.len()), (area.area.offsets, 27));
+        let points = one.in_points().unwrap();
+        assert!(points.silhouette.is_none() && remark(&points));
+        let plain = RenderSettings { coverage: Coverage::Points, ..area };
+        let alike = PreparedScene::new(&scene, &plain).unwrap();
+        assert_eq!((&points.settings, &points.optics.tables), (&alike.settings, &alike.optics.tables));
+        assert_eq!(one.most_samples(), plain.samples);
     }
 
     #[test]

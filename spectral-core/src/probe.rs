@@ -12,7 +12,7 @@ use crate::{
     material::MaterialSpec,
     prepare::PreparedScene,
     scene::{Background, Scene, Stone},
-    settings::{Leftover, RenderSettings},
+    settings::{Area, Coverage, Leftover, RenderSettings},
     shape::ShapeSpec,
     spectrum::columns,
     tracer::{Backend, DeviceInfo, OpenOptions},
@@ -152,6 +152,8 @@ fn scene(stones: Vec<Stone>) -> Scene {
 
 fn settings() -> Result<RenderSettings, Error> {
     Ok(RenderSettings {
+        coverage: Coverage::Points,
+        area: Area { offsets: 1, tolerance: 0.0 },
         samples: 1,
         tolerance: 0.0,
         wavelengths: WavelengthGrid::list(vec![460.0, 550.0, 640.0])?,

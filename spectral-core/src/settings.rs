@@ -1,6 +1,6 @@
 //! What a render is asked to do: samples, wavelengths, depth and thresholds.
 
-use crate::{Error, lattice, wavelength::WavelengthGrid};
+use crate::{Error, film::BLOCK, lattice, wavelength::WavelengthGrid};
 
 /// What becomes of the energy of a ray that would make one surface event more than
 /// [`RenderSettings::max_depth`].
@@ -46,6 +46,53 @@ fn by_name<T: Copy, const N: usize>(
     found.ok_or_else(|| Error::unknown(what, name, all.map(name_of)))
 }
 
+/// What a pixel's samples are.
+///
+/// Areas are for one convex stone of one index, seen from outside as a whole. Their error falls with the square of the number of
+/// samples, that of points with its ⅔ power.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Coverage {
+    /// Areas where scene and device can, else points.
+    #[default]
+    Auto,
+    /// Rays through points of the pixel, each with wavelengths of its own.
+    Points,
+    /// The pixel's whole area, each time at other wavelengths ([`beam`](crate::beam)). Where a scene cannot, points with a
+    /// warning.
+    Area,
+}
+
+impl Coverage {
+    /// All of them.
+    pub const ALL: [Coverage; 3] = [Coverage::Auto, Coverage::Points, Coverage::Area];
+
+    /// The name in scene files, on a command line and in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Coverage::Auto => "auto",
+            Coverage::Points => "points",
+            Coverage::Area => "area",
+        }
+    }
+
+    /// The coverage of that name.
+    ///
+    /// # Errors
+    /// [`Error::Unknown`] with the nearest name.
+    pub fn by_name(name: &str) -> Result<Self, Error> {
+        by_name("coverage", name, Self::ALL, Self::name)
+    }
+}
+
+/// How many samples a pixel gets where each is its whole area: they differ in their wavelengths alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Area {
+    /// The most places of the wavelengths in their cells.
+    pub offsets: u32,
+    /// As [`RenderSettings::tolerance`], but each pixel is judged by itself.
+    pub tolerance: f64,
+}
+
 /// How much work a picture takes: settings chosen together, for [`RenderSettings::at`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Quality {
@@ -89,6 +136,11 @@ impl Quality {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
+    /// What samples are. In a prepared scene it is what they are there, and `samples` and `tolerance` are those of `area`
+    /// where it is areas.
+    pub coverage: Coverage,
+    /// What takes the place of `samples` and `tolerance` where samples are areas.
+    pub area: Area,
     /// Samples a pixel; where there is a `tolerance`, the most. They lie in the pixel as [`offset`](Self::offset) says.
     pub samples: u32,
     /// Adaptive sampling: a part of the picture takes no more samples once three times as many have changed it by no
@@ -139,21 +191,55 @@ impl RenderSettings {
             Quality::Normal => (729, 8, 0.6, 64, 1e-4, 0.25),
             Quality::Final => (2187, 8, 0.3, 256, 1e-5, 0.1),
         };
+        // With areas the error falls as the number's inverse square, and so is an eighth of what three times as many change.
+        let (coverage, offsets, change) = match quality {
+            Quality::Draft => (Coverage::Points, 3, 0.0),
+            Quality::Normal => (Coverage::Auto, 27, 4.0),
+            Quality::Final => (Coverage::Auto, 81, 2.0),
+        };
+        let area = Area { offsets, tolerance: change };
         let kept = self.spectral || !self.wavelengths.can_jitter();
         let wavelengths = if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(count) };
-        RenderSettings { samples, tolerance, max_depth, threshold, split, wavelengths, ..self.clone() }
+        let chosen = RenderSettings { samples, tolerance, coverage, area, ..self.clone() };
+        RenderSettings { max_depth, threshold, split, wavelengths, ..chosen }
     }
 
-    /// These settings with exactly `samples` for every pixel, so without a tolerance.
+    /// These settings with exactly `samples` for every pixel, so without a tolerance. They are points unless areas are asked for
+    /// by name.
     #[must_use]
     pub fn with_samples(&self, samples: u32) -> Self {
-        RenderSettings { samples, tolerance: 0.0, ..self.clone() }
+        let coverage = if self.coverage == Coverage::Area { Coverage::Area } else { Coverage::Points };
+        let area = Area { offsets: samples, tolerance: 0.0 };
+        RenderSettings { samples, tolerance: 0.0, coverage, area, ..self.clone() }
+    }
+
+    /// These settings with a tolerance, for points and areas alike.
+    #[must_use]
+    pub fn with_tolerance(&self, tolerance: f64) -> Self {
+        RenderSettings { tolerance, area: Area { tolerance, ..self.area }, ..self.clone() }
+    }
+
+    /// These settings for a scene whose samples are areas: `samples` and `tolerance` are those of `area`. If wavelengths do
+    /// not move, one sample is all.
+    pub(crate) fn of_area(&self) -> Self {
+        let Area { offsets, tolerance } = self.area;
+        let moves = self.jitter && self.wavelengths.can_jitter();
+        let (samples, tolerance) = if moves { (offsets, tolerance) } else { (1, 0.0) };
+        RenderSettings { coverage: Coverage::Area, samples, tolerance, ..self.clone() }
+    }
+
+    /// Edge of the blocks of pixels that are [settled](crate::film::Film::settle) together. All points of one pixel may miss a
+    /// small lamp, but those of sixteen pixels rarely do. An area misses nothing.
+    pub fn block(&self) -> u32 {
+        if self.coverage == Coverage::Area { 1 } else { BLOCK }
     }
 
     /// Where sample `index` lies in its pixel, as [`pixel_offset`] has it; where there is a tolerance, as
-    /// [`lattice::point`], since then pixels stop at different numbers of samples.
+    /// [`lattice::point`], since then pixels stop at different numbers of samples. Of areas it is the middle.
     pub fn offset(&self, index: u32) -> [f64; 2] {
-        if self.tolerance > 0.0 {
+        if self.coverage == Coverage::Area {
+            [0.5; 2]
+        } else if self.tolerance > 0.0 {
             let [x, y, _] = lattice::point(index);
             [x, y]
         } else {
@@ -162,10 +248,12 @@ impl RenderSettings {
     }
 
     /// The wavelengths of sample `index`. With `jitter` they move within their cells, by [`WavelengthGrid::jittered`], or
-    /// where there is a tolerance by the third coordinate of [`lattice::point`].
+    /// where there is a tolerance by the third coordinate of [`lattice::point`]. Those of areas are at [`lattice::place`].
     pub fn grid(&self, index: u32) -> WavelengthGrid {
         if !self.jitter {
             self.wavelengths.clone()
+        } else if self.coverage == Coverage::Area {
+            self.wavelengths.shifted(lattice::place(index))
         } else if self.tolerance > 0.0 {
             let [.., offset] = lattice::point(index);
             self.wavelengths.shifted(offset)
@@ -187,10 +275,13 @@ impl RenderSettings {
             Err(Error::value(what, value, format!("a whole number from 1 to {most}")))
         };
         within("samples", self.samples, Self::MAX_SAMPLES)?;
+        within("samples", self.area.offsets, Self::MAX_SAMPLES)?;
         within("max_depth", self.max_depth, Self::MAX_DEPTH)?;
-        if !(0.0..=100.0).contains(&self.tolerance) {
-            let expected = "a colour difference from 0 (every pixel takes all samples) to 100";
-            return Err(Error::value("tolerance", self.tolerance, expected));
+        for tolerance in [self.tolerance, self.area.tolerance] {
+            if !(0.0..=100.0).contains(&tolerance) {
+                let expected = "a colour difference from 0 (every pixel takes all samples) to 100";
+                return Err(Error::value("tolerance", tolerance, expected));
+            }
         }
         for (what, value) in [("threshold", self.threshold), ("split", self.split)] {
             if !(0.0..1.0).contains(&value) {
@@ -205,6 +296,8 @@ impl Default for RenderSettings {
     /// [`Quality::default`], polarised, with jittered wavelengths from 380 to 740 nm.
     fn default() -> Self {
         let any = RenderSettings {
+            coverage: Coverage::Auto,
+            area: Area { offsets: 1, tolerance: 0.0 },
             samples: 1,
             tolerance: 0.0,
             wavelengths: WavelengthGrid::default(),
@@ -275,6 +368,32 @@ mod tests {
             let still = RenderSettings { jitter: false, ..nested.clone() };
             assert_eq!((still.offset(index), still.grid(index)), ([x, y], plain.wavelengths.clone()));
         }
+    }
+
+    #[test]
+    fn counted_samples_are_points_unless_areas_are_asked_for() {
+        let of = |coverage| RenderSettings { coverage, ..RenderSettings::default() }.with_samples(5);
+        let coverage = Coverage::ALL.map(|coverage| of(coverage).coverage);
+        assert_eq!(coverage, [Coverage::Points, Coverage::Points, Coverage::Area]);
+        let area = of(Coverage::Area).of_area();
+        assert_eq!((area.samples, area.tolerance, area.block()), (5, 0.0, 1));
+        assert_eq!(RenderSettings::default().at(Quality::Draft).coverage, Coverage::Points);
+    }
+
+    #[test]
+    fn samples_of_an_area_differ_in_their_wavelengths_alone() {
+        let area = RenderSettings::default().of_area();
+        assert_eq!((area.samples, area.tolerance), (area.area.offsets, area.area.tolerance));
+        let mut first: Vec<f64> = (0..9).map(|index| area.grid(index).nm()[0]).collect();
+        first.sort_by(f64::total_cmp);
+        let cell = area.wavelengths.widths()[0];
+        for (k, nm) in first.iter().enumerate() {
+            assert!((nm - 380.0 - cell * (k as f64 + 0.5) / 9.0).abs() < 1e-9, "{first:?}");
+            assert_eq!(area.offset(k as u32), [0.5; 2]);
+        }
+        // Without such a difference one of them is all.
+        let still = RenderSettings { jitter: false, ..RenderSettings::default() }.of_area();
+        assert_eq!((still.samples, still.tolerance), (1, 0.0));
     }
 
     #[test]

@@ -63,6 +63,9 @@ pub struct Backend {
     pub devices: fn() -> Vec<DeviceInfo>,
     /// What this machine has that this backend cannot use, for people who look for a device in vain.
     pub unusable: fn() -> Vec<Unusable>,
+    /// Whether it can follow areas: scenes with a [`silhouette`](PreparedScene::silhouette). The others are given
+    /// [`PreparedScene::in_points`], and refuse such a scene.
+    pub areas: bool,
     /// Opens one of [`Backend::devices`].
     pub open: OpenDevice,
 }
@@ -179,6 +182,20 @@ pub fn check_call(scene: &PreparedScene, samples: &Range<u32>, film: &Film) -> R
         return Err(Error::value("samples", format!("{samples:?}"), expected));
     }
     Ok(())
+}
+
+/// Refuses a scene of areas; for backends that cannot follow them.
+///
+/// # Errors
+/// [`Error::Value`].
+pub fn check_points(scene: &PreparedScene) -> Result<(), Error> {
+    match scene.silhouette {
+        None => Ok(()),
+        Some(_) => {
+            let expected = "points, from PreparedScene::in_points: this backend cannot follow areas";
+            Err(Error::value("coverage", scene.settings.coverage.name(), expected))
+        }
+    }
 }
 
 /// What a call of [`Tracer::trace`] did.

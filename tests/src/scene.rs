@@ -10,7 +10,7 @@ use spectral_core::{
     material::{Axis, Catalogue, Kind, Material},
     mesh::Mesh,
     scene::{Background, Orientation, Scene, Stone},
-    settings::{Leftover, RenderSettings},
+    settings::{Area, Coverage, Leftover, RenderSettings},
     spectrum::{Ends, Tabulated},
     wavelength::WavelengthGrid,
 };
@@ -111,6 +111,8 @@ pub fn material(name: &str) -> Material {
 /// One sample a pixel at the given wavelengths (nm), a depth limit of 64, no threshold, and the radiance kept.
 pub fn settings(nm: &[f64]) -> RenderSettings {
     RenderSettings {
+        coverage: Coverage::Points,
+        area: Area { offsets: 1, tolerance: 0.0 },
         samples: 1,
         tolerance: 0.0,
         wavelengths: WavelengthGrid::list(nm.to_vec()).expect("ascending wavelengths"),

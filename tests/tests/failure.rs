@@ -97,6 +97,7 @@ const FLAKY: Backend = Backend {
     about: "lost midway",
     devices: || fake("flaky"),
     unusable: Vec::new,
+    areas: false,
     open: |device, options| on_cpu(device, 400, options, |_, scene| Ok(scene)),
 };
 
@@ -105,6 +106,7 @@ const CLOSED: Backend = Backend {
     about: "passes the probe and has no room for anything larger",
     devices: || fake("closed"),
     unusable: Vec::new,
+    areas: false,
     open: |device, options| {
         on_cpu(device, u64::MAX, options, |device, scene| match scene.width {
             0..=8 => Ok(scene),
@@ -121,6 +123,7 @@ const LIAR: Backend = Backend {
     about: "shows every scene in light that is twice as bright",
     devices: || fake("liar"),
     unusable: Vec::new,
+    areas: false,
     open: |device, options| {
         on_cpu(device, u64::MAX, options, |_, scene| {
             let mut scene = (*scene).clone();
@@ -135,6 +138,7 @@ const HANGING: Backend = Backend {
     about: "never opens",
     devices: || fake("hanging"),
     unusable: Vec::new,
+    areas: false,
     open: |_, _| {
         std::thread::sleep(Duration::from_secs(3600));
         Err(Error::Device { device: String::new(), message: String::new() })
@@ -146,6 +150,7 @@ const SOFTWARE: Backend = Backend {
     about: "a software GPU",
     devices: || vec![DeviceInfo { hardware: false, ..fake("software").remove(0) }],
     unusable: Vec::new,
+    areas: false,
     open: CPU.open,
 };
 

@@ -90,11 +90,12 @@ fn describe(loaded: &scene_file::LoadedScene, scene: &PreparedScene) -> String {
     let s = &scene.settings;
     let [from, to] = s.wavelengths.range();
     let mut lines = vec![format!(
-        "{} × {} pixels, {}{} each, {} from {from} to {to} nm{}; film {}",
+        "{} × {} pixels, {}{}{} each, {} from {from} to {to} nm{}; film {}",
         scene.width,
         scene.height,
         if s.tolerance > 0.0 { "up to " } else { "" },
         counted(u64::from(s.samples), "sample"),
+        if scene.silhouette.is_some() { " of its whole area" } else { "" },
         counted(s.wavelengths.len() as u64, "wavelength"),
         if s.jitter && s.wavelengths.can_jitter() { ", jittered" } else { "" },
         memory(film_bytes(scene)),

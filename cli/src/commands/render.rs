@@ -85,7 +85,7 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     output::check_memory(&scene)?;
     let mut film = Film::try_new(&scene)?;
     if !shard.is_whole() {
-        Bands::new(shard, scene.height)?.reserve(&mut film, scene.settings.samples)?;
+        Bands::new(shard, scene.height)?.reserve(&mut film, scene.most_samples())?;
     }
     let mut session = Session::new(candidates, args.rendering.open_options());
     let mut onlooker = Onlooker::new(console, 1, args.rendering.backend == registry::AUTO);

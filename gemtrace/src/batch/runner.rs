@@ -245,7 +245,7 @@ impl Worker<'_> {
             inputs,
             outputs,
             scene_hash: loaded.hash,
-            settings: output::settings(&scene),
+            settings: output::settings(rendered.shown(&scene)),
             version: env!("CARGO_PKG_VERSION").to_owned(),
             devices: rendered.devices.iter().map(output::device).collect(),
             choice: rendered.reason,

@@ -7,7 +7,7 @@ use spectral_core::camera::{Camera, Projection};
 use spectral_core::environment::{Environment, LightModel};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::{Background, Scene, Stone};
-use spectral_core::settings::RenderSettings;
+use spectral_core::settings::{Coverage, RenderSettings};
 use std::sync::Arc;
 
 /// The eye that looks at the stone, and what renders for it.
@@ -73,8 +73,10 @@ impl<'a> Eye<'a> {
             environment: light,
             stones: vec![stone.clone()],
         };
+        // Figures are means over rays, as published.
         let settings =
-            RenderSettings { samples: 1, jitter: false, spectral: false, ..self.conditions.settings.clone() };
+            RenderSettings { coverage: Coverage::Points, ..self.conditions.settings.with_samples(1) };
+        let settings = RenderSettings { jitter: false, spectral: false, ..settings };
         let prepared = self.session.prepare(&scene, &settings)?;
         let (film, rendered) = self.session.film(&prepared, watch)?;
         let places = || (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| (x, y)));

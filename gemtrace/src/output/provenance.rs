@@ -74,6 +74,7 @@ pub fn settings(scene: &PreparedScene) -> Value {
     json!({
         "width": scene.width,
         "height": scene.height,
+        "coverage": s.coverage.name(),
         "samples": s.samples,
         "tolerance": s.tolerance,
         "wavelengths": s.wavelengths.nm(),

@@ -2,7 +2,7 @@
 
 use super::LoadedScene;
 use serde::Serialize;
-use spectral_core::settings::Quality;
+use spectral_core::settings::{Coverage, Quality};
 
 /// Size and settings in place of a scene's own; `None` keeps the scene's.
 ///
@@ -23,6 +23,9 @@ pub struct Override {
     /// Samples, wavelengths, depth and thresholds together.
     #[serde(serialize_with = "quality_name")]
     pub quality: Option<Quality>,
+    /// What samples are.
+    #[serde(serialize_with = "coverage_name", skip_serializing_if = "Option::is_none")]
+    pub coverage: Option<Coverage>,
     /// Samples for every pixel; with a tolerance the most that a pixel gets.
     pub samples: Option<u32>,
     /// Samples are taken where they change the picture by more than this colour difference, ΔE00; 0: everywhere alike.
@@ -44,11 +47,21 @@ impl Override {
         if let Some(quality) = self.quality {
             *settings = settings.at(quality);
         }
+        settings.coverage = self.coverage.unwrap_or(settings.coverage);
         if let Some(samples) = self.samples {
             *settings = settings.with_samples(samples);
         }
-        settings.tolerance = self.tolerance.unwrap_or(settings.tolerance);
+        if let Some(tolerance) = self.tolerance {
+            *settings = settings.with_tolerance(tolerance);
+        }
     }
+}
+
+fn coverage_name<S: serde::Serializer>(
+    coverage: &Option<Coverage>,
+    serializer: S,
+) -> Result<S::Ok, S::Error> {
+    coverage.map(Coverage::name).serialize(serializer)
 }
 
 fn quality_name<S: serde::Serializer>(quality: &Option<Quality>, serializer: S) -> Result<S::Ok, S::Error> {

@@ -2,7 +2,7 @@
 
 use super::fields::{Entry, Fields, either};
 use crate::Error;
-use spectral_core::settings::{Leftover, Quality, RenderSettings};
+use spectral_core::settings::{Coverage, Leftover, Quality, RenderSettings};
 use spectral_core::wavelength::WavelengthGrid;
 use toml::de::DeValue;
 
@@ -13,6 +13,10 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
     if let Some(entry) = fields.get("quality") {
         let name = entry.text(&format!("one of {}", either(&Quality::ALL.map(Quality::name))))?;
         settings = settings.at(Quality::by_name(name).map_err(|e| entry.error(e))?);
+    }
+    if let Some(entry) = fields.get("coverage") {
+        let name = entry.text(&format!("one of {}", either(&Coverage::ALL.map(Coverage::name))))?;
+        settings.coverage = Coverage::by_name(name).map_err(|e| entry.error(e))?;
     }
     if let Some(entry) = fields.get("samples") {
         settings = settings.with_samples(entry.whole("a whole number of samples a pixel")?);
@@ -36,7 +40,7 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
         None => settings.jitter && settings.wavelengths.can_jitter(),
     };
     if let Some(entry) = fields.get("tolerance") {
-        settings.tolerance = entry.number("a colour difference from 0 to 100")?;
+        settings = settings.with_tolerance(entry.number("a colour difference from 0 to 100")?);
     }
     if let Some(entry) = fields.get("max_depth") {
         settings.max_depth = entry.whole("a whole number of surface events")?;

@@ -3,8 +3,8 @@
 use super::Tile;
 use crate::color::{RgbSpace, delta_e_2000, lab};
 
-/// Edge of the blocks that are settled together, pixels. All samples of one pixel may miss a small lamp, but those of
-/// sixteen pixels rarely do. Rectangles are also efficient in every backend.
+/// Edge of the blocks that are settled together, pixels, unless samples are areas. All samples of one pixel may miss a small
+/// lamp, but those of sixteen pixels rarely do. Rectangles are also efficient in every backend.
 pub const BLOCK: u32 = 4;
 
 /// The picture at the last check, and the blocks that need no more samples.
@@ -12,6 +12,8 @@ pub const BLOCK: u32 = 4;
 pub(super) struct Convergence {
     width: u32,
     height: u32,
+    /// Edge of a block, pixels.
+    block: u32,
     /// CIE L*a*b* of every pixel at the last check; empty before the first.
     before: Vec<[f32; 3]>,
     /// For each block, row by row.
@@ -23,11 +25,12 @@ pub(super) struct Convergence {
 }
 
 impl Convergence {
-    pub fn new(width: u32, height: u32) -> Self {
-        let blocks = width.div_ceil(BLOCK) as usize * height.div_ceil(BLOCK) as usize;
+    pub fn new(width: u32, height: u32, block: u32) -> Self {
+        let blocks = width.div_ceil(block) as usize * height.div_ceil(block) as usize;
         Convergence {
             width,
             height,
+            block,
             before: Vec::new(),
             settled: vec![false; blocks],
             changes: Vec::new(),
@@ -35,10 +38,15 @@ impl Convergence {
         }
     }
 
+    /// Edge of a block, pixels.
+    pub fn block(&self) -> u32 {
+        self.block
+    }
+
     /// For each pixel of a row, whether its block is settled.
     pub fn settled_in_row(&self, row: Tile) -> impl Iterator<Item = bool> {
-        let first = (row.y / BLOCK * self.width.div_ceil(BLOCK)) as usize;
-        (row.x..row.x + row.width).map(move |x| self.settled[first + (x / BLOCK) as usize])
+        let first = (row.y / self.block * self.width.div_ceil(self.block)) as usize;
+        (row.x..row.x + row.width).map(move |x| self.settled[first + (x / self.block) as usize])
     }
 
     /// See [`Film::settle`](super::Film::settle); `xyz` is each pixel's mean.
@@ -72,8 +80,8 @@ impl Convergence {
 
     /// The root mean square of the differences of a block's pixels from before, ΔE00.
     fn change(&self, block: usize, now: &[[f32; 3]]) -> f64 {
-        let across = self.width.div_ceil(BLOCK) as usize;
-        let edge = BLOCK as usize;
+        let across = self.width.div_ceil(self.block) as usize;
+        let edge = self.block as usize;
         let [x, y] = [block % across * edge, block / across * edge];
         let [width, height] = [self.width as usize, self.height as usize];
         let (mut sum, mut pixels) = (0.0, 0.0);
@@ -96,7 +104,7 @@ mod tests {
 
     /// Two blocks. The second is `change` times as bright at each further check.
     fn checked(change: f32, tolerance: f64, samples: &[u32]) -> Convergence {
-        let mut it = Convergence::new(2 * BLOCK, BLOCK);
+        let mut it = Convergence::new(2 * BLOCK, BLOCK, BLOCK);
         for (k, &n) in samples.iter().enumerate() {
             let factor = change.powi(k as i32);
             it.settle(n, tolerance, |pixel| {
@@ -122,6 +130,16 @@ mod tests {
         let difference = delta_e_2000(of(1.0), of(1.1));
         assert_eq!(checked(1.1, difference * 1.0001, &[3, 9]).settled, [true, true]);
         assert_eq!(checked(1.1, difference * 0.9999, &[3, 9]).settled, [true, false]);
+    }
+
+    #[test]
+    fn a_block_of_one_pixel_is_judged_by_itself() {
+        let mut it = Convergence::new(3, 1, 1);
+        for (n, change) in [(1, 1.0), (3, 1.5)] {
+            it.settle(n, 1.0, |pixel| if pixel == 1 { GREY.map(|v| v * change) } else { GREY });
+        }
+        let row: Vec<bool> = it.settled_in_row(Tile { x: 0, y: 0, width: 3, height: 1 }).collect();
+        assert_eq!(row, [true, false, true]);
     }
 
     #[test]

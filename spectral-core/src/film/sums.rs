@@ -8,7 +8,7 @@ use crate::Error;
 pub struct PixelSums {
     /// CIE XYZ, the sum over all samples.
     pub xyz: [f32; 3],
-    /// The number of samples that meet a stone.
+    /// The number of samples that meet a stone; of areas, the sum of their shares.
     pub coverage: f32,
     /// The number of samples.
     pub samples: u32,

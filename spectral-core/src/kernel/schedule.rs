@@ -12,7 +12,10 @@ use crate::{
     Error,
     film::{Film, Missing},
     prepare::PreparedScene,
-    tracer::{DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_call},
+    tracer::{
+        DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_call,
+        check_points,
+    },
 };
 use std::collections::VecDeque;
 use std::ops::{ControlFlow, Range};
@@ -324,6 +327,7 @@ impl<L: Launch> Tracer for KernelTracer<L> {
         film: &mut Film,
         progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
     ) -> Result<TraceReport, Box<TraceFailure>> {
+        check_points(&self.scene)?;
         check_call(&self.scene, &samples, film)?;
         let start = Instant::now();
         let lists = lists(film, &samples);

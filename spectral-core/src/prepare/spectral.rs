@@ -10,7 +10,7 @@ use crate::{
     color::Response,
     environment::Environment,
     scene::Scene,
-    settings::RenderSettings,
+    settings::{Coverage, RenderSettings},
     upsample::{BASES, Upsampler},
     wavelength::WavelengthGrid,
 };
@@ -38,6 +38,14 @@ const MOST_GRIDS: u32 = 256;
 /// more time to make than that gains.
 const MOST_GRIDS_ON_LATTICE: u32 = 243;
 
+/// Where wavelengths lie in their cells from sample to sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Sequence {
+    GoldenRatio,
+    Lattice,
+    Area,
+}
+
 /// The optics of a scene.
 #[derive(Debug)]
 #[non_exhaustive]
@@ -58,8 +66,25 @@ impl Optics {
         settings: &RenderSettings,
         before: Option<&Arc<Optics>>,
     ) -> Result<Arc<Self>, Error> {
-        let (substances, _) = substances(&scene.stones)?;
-        let Environment { illuminant, scale, .. } = &scene.environment;
+        Self::of(substances(&scene.stones)?.0, &scene.environment, settings, before)
+    }
+
+    /// The optics of the same scene with other settings.
+    pub(super) fn with(
+        self: &Arc<Self>,
+        light: &Environment,
+        settings: &RenderSettings,
+    ) -> Result<Arc<Self>, Error> {
+        Self::of(self.substances.clone(), light, settings, Some(self))
+    }
+
+    fn of(
+        substances: Vec<Substance>,
+        light: &Environment,
+        settings: &RenderSettings,
+        before: Option<&Arc<Optics>>,
+    ) -> Result<Arc<Self>, Error> {
+        let Environment { illuminant, scale, .. } = light;
         let before = before.filter(|before| before.grids.key == Grids::key(settings));
         if let Some(before) = before
             && (&before.substances, &before.illuminant, before.scale) == (&substances, illuminant, *scale)
@@ -74,7 +99,7 @@ impl Optics {
         }
         let grids = before.map_or_else(|| Grids::new(settings).map(Arc::new), |b| Ok(b.grids.clone()))?;
         warnings.extend(grids.warning());
-        let tables = grids.grids.iter().map(|grid| SpectralTable::new(grid, scene, &substances)).collect();
+        let tables = grids.grids.iter().map(|grid| SpectralTable::new(grid, light, &substances)).collect();
         Ok(Arc::new(Optics {
             tables,
             warnings,
@@ -94,8 +119,8 @@ struct Grids {
     grids: Vec<Grid>,
 }
 
-/// What grids depend on: the wavelengths, whether they are jittered, whether along a lattice, and how many grids.
-type GridKey = (WavelengthGrid, bool, bool, u32);
+/// What grids depend on: the wavelengths, whether they are jittered, along what, and how many grids.
+type GridKey = (WavelengthGrid, bool, Sequence, u32);
 
 #[derive(Debug)]
 struct Grid {
@@ -106,11 +131,14 @@ struct Grid {
 
 impl Grids {
     fn key(settings: &RenderSettings) -> GridKey {
-        let RenderSettings { wavelengths, jitter, samples, tolerance, .. } = settings;
-        let lattice = *tolerance > 0.0;
-        let most = if lattice { MOST_GRIDS_ON_LATTICE } else { MOST_GRIDS };
+        let RenderSettings { wavelengths, jitter, samples, tolerance, coverage, .. } = settings;
+        let (sequence, most) = match coverage {
+            Coverage::Area => (Sequence::Area, MOST_GRIDS_ON_LATTICE),
+            _ if *tolerance > 0.0 => (Sequence::Lattice, MOST_GRIDS_ON_LATTICE),
+            _ => (Sequence::GoldenRatio, MOST_GRIDS),
+        };
         let moves = *jitter && wavelengths.can_jitter();
-        (wavelengths.clone(), *jitter, lattice, if moves { (*samples).min(most) } else { 1 })
+        (wavelengths.clone(), *jitter, sequence, if moves { (*samples).min(most) } else { 1 })
     }
 
     fn new(settings: &RenderSettings) -> Result<Self, Error> {
@@ -145,9 +173,9 @@ impl Grids {
 }
 
 impl SpectralTable {
-    fn new(grid: &Grid, scene: &Scene, substances: &[Substance]) -> Self {
-        let lit = grid.upsampler.clone().with_illuminant(&scene.environment.illuminant);
-        let scale = scene.environment.scale;
+    fn new(grid: &Grid, light: &Environment, substances: &[Substance]) -> Self {
+        let lit = grid.upsampler.clone().with_illuminant(&light.illuminant);
+        let scale = light.scale;
         let wavelengths = grid.wavelengths.nm().to_vec();
         let basis = (0..wavelengths.len())
             .map(|i| std::array::from_fn(|base| lit.basis()[base][i] * scale))

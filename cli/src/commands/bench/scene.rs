@@ -8,6 +8,7 @@ use spectral_core::material::Catalogue;
 use spectral_core::mesh::{Mesh, MeshOptions};
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Stone;
+use spectral_core::settings::Coverage;
 use std::f64::consts::TAU;
 use std::path::{MAIN_SEPARATOR, Path};
 use std::sync::Arc;
@@ -59,6 +60,8 @@ impl Subject {
     pub fn new(name: &str, change: Override, console: &mut Console) -> Result<Self, Error> {
         let mut loaded = load(name)?;
         change.apply(&mut loaded);
+        // What every device can render.
+        loaded.settings.coverage = Coverage::Points;
         let prepared = PreparedScene::new(&loaded.scene, &loaded.settings)
             .map_err(|error| if change.is_given() { Error::Core(error) } else { Error::file(name, error) })?;
         for warning in loaded.warnings.iter().chain(&prepared.warnings) {

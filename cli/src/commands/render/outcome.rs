@@ -92,7 +92,7 @@ impl Outcome {
             "choice": self.rendered.reason,
             "device": self.rendered.devices.last().map(output::device),
             "devices": self.rendered.devices.iter().map(output::device).collect::<Vec<_>>(),
-            "settings": output::settings(&self.scene),
+            "settings": output::settings(self.rendered.shown(&self.scene)),
             "warnings": self.warnings,
         })
     }
