@@ -14,6 +14,8 @@ pub mod render;
 pub mod sheet;
 pub mod spectrum;
 mod table;
+#[cfg(feature = "view")]
+pub mod view;
 
 use crate::console::{Console, Interrupt, Report};
 use clap::error::ErrorKind;
@@ -75,6 +77,9 @@ pub enum Command {
     Devices(devices::Args),
     /// Measure what a cut does with light: light return, leakage, extinction, contrast, over the tilt.
     Measure(measure::Args),
+    /// Look at stones live in a browser: turn them, change them, click a pixel.
+    #[cfg(feature = "view")]
+    View(view::Args),
     /// Measure every device on the same scenes: speed, time to first pixel, agreement with the processor.
     Bench(bench::Args),
     /// Print a script that completes commands and options in a shell.
@@ -101,6 +106,8 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Check(args) => check::run(args, console),
         Command::Devices(args) => Ok(devices::run(args)),
         Command::Measure(args) => measure::run(args, console),
+        #[cfg(feature = "view")]
+        Command::View(args) => view::run(args, console),
         Command::Bench(args) => bench::run(args, console),
         Command::Completions(args) => Ok(manual::completions(args)),
         Command::Man(args) => manual::run(args),

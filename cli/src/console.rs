@@ -101,6 +101,12 @@ impl<'a> Console<'a> {
         self.remark("note", "", &message.to_string());
     }
 
+    /// Tells what someone waits for while the command runs on, even where nothing else is to be said.
+    pub fn announce(&mut self, address: &str) {
+        let line = if self.json { json!({ "address": address }).to_string() } else { address.to_owned() };
+        writeln!(self.log, "{line}").and_then(|()| self.log.flush()).ok();
+    }
+
     /// Tells a person of something that does not stop the work.
     pub fn warn(&mut self, message: impl std::fmt::Display) {
         let message = message.to_string();

@@ -29,6 +29,8 @@ mod temporary;
 pub use file::{check, prepare, refuse_overlap, remove_leftovers};
 #[cfg(feature = "batch")]
 pub(crate) use file::{is_plain_name, write as write_file};
+#[cfg(feature = "view")]
+pub(crate) use picture::pixels;
 pub use picture::{Options, Picture};
 pub use provenance::{Provenance, device, energy, settings};
 pub use temporary::{abandon, is_writing};

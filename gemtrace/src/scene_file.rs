@@ -49,6 +49,8 @@ use spectral_core::scene::Scene;
 use spectral_core::settings::RenderSettings;
 use std::path::Path;
 use toml::de::DeTable;
+#[cfg(feature = "view")]
+pub(crate) use view::DEFAULT_FOV;
 
 /// The only version of the format so far.
 pub const FORMAT: i64 = 1;

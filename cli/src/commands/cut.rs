@@ -1,10 +1,9 @@
 //! `gemtrace cut`.
 
-mod tier;
-
 use super::table;
 use crate::console::{Console, Report};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gemtrace::tier::{self, Tier};
 use gemtrace::{Error, import, output};
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -14,7 +13,6 @@ use spectral_core::mesh::{Mesh, Plane};
 use spectral_core::scene::Up;
 use spectral_core::shown_lines;
 use std::path::{Path, PathBuf};
-use tier::Tier;
 
 /// Arguments of `cut`.
 #[derive(Debug, Clone, clap::Args)]

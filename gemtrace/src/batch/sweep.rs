@@ -26,9 +26,9 @@
 //! ```
 
 mod axis;
-mod base;
+pub(crate) mod base;
 mod change;
-mod overlay;
+pub(crate) mod overlay;
 mod template;
 mod view;
 

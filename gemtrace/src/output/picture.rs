@@ -130,22 +130,33 @@ impl Picture {
 
     /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
     pub(super) fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
-        let mut pixels = self.film.to_space(space);
-        let width = self.film.width() as usize;
-        let backdrop = self.backdrop.filter(|_| self.transparent);
-        let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
-        for (i, pixel) in pixels.iter_mut().enumerate() {
-            let sampled = || self.film.samples((i % width) as u32, (i / width) as u32) > 0;
-            let [colour @ .., alpha] = pixel;
-            colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
-            if let Some(behind) = backdrop.filter(|_| sampled()) {
-                let through = 1.0 - f64::from(*alpha);
-                colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
-                *alpha = 1.0;
-            } else if !self.transparent {
-                *alpha = f32::from(u8::from(sampled()));
-            }
-        }
-        pixels
+        pixels(&self.film, self.transparent, self.backdrop, space, gain)
     }
+}
+
+/// All pixels of a film, as [`Picture`] says.
+pub(crate) fn pixels(
+    film: &Film,
+    transparent: bool,
+    backdrop: Option<[f64; 3]>,
+    space: RgbSpace,
+    gain: f64,
+) -> Vec<[f32; 4]> {
+    let mut pixels = film.to_space(space);
+    let width = film.width() as usize;
+    let backdrop = backdrop.filter(|_| transparent);
+    let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        let sampled = || film.samples((i % width) as u32, (i / width) as u32) > 0;
+        let [colour @ .., alpha] = pixel;
+        colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
+        if let Some(behind) = backdrop.filter(|_| sampled()) {
+            let through = 1.0 - f64::from(*alpha);
+            colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
+            *alpha = 1.0;
+        } else if !transparent {
+            *alpha = f32::from(u8::from(sampled()));
+        }
+    }
+    pixels
 }

@@ -7,7 +7,7 @@ use spectral_core::camera::{Camera, Projection};
 use spectral_core::color::srgb_decode;
 use spectral_core::scene::Background;
 
-const DEFAULT_FOV: f64 = 14.0;
+pub(crate) const DEFAULT_FOV: f64 = 14.0;
 const DEFAULT_SIZE: u32 = 512;
 
 /// The camera and the picture it takes.

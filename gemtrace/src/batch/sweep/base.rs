@@ -59,23 +59,28 @@ const NAMES_OR_FILES: [&str; 1] = ["illuminant"];
 
 /// Puts the folder `prefix` before every file's name.
 fn rebase_table(table: &mut Table, prefix: &Path) {
+    rename_files(table, &mut |name| prefix.join(name).to_string_lossy().replace('\\', "/"));
+}
+
+/// Gives every file that a scene names the name that `rename` makes of it.
+pub(crate) fn rename_files(table: &mut Table, rename: &mut dyn FnMut(&str) -> String) {
     for (key, value) in table.iter_mut() {
         match value {
             Value::String(name)
                 if FILES.contains(&key.as_str())
                     || (NAMES_OR_FILES.contains(&key.as_str()) && name.contains('.')) =>
             {
-                *name = prefix.join(&*name).to_string_lossy().replace('\\', "/");
+                *name = rename(name);
             }
-            other => rebase(other, prefix),
+            other => rename_within(other, rename),
         }
     }
 }
 
-fn rebase(value: &mut Value, prefix: &Path) {
+fn rename_within(value: &mut Value, rename: &mut dyn FnMut(&str) -> String) {
     match value {
-        Value::Table(table) => rebase_table(table, prefix),
-        Value::Array(list) => list.iter_mut().for_each(|value| rebase(value, prefix)),
+        Value::Table(table) => rename_files(table, rename),
+        Value::Array(list) => list.iter_mut().for_each(|value| rename_within(value, rename)),
         _ => {}
     }
 }

@@ -22,13 +22,7 @@ pub struct Tier {
 impl Tier {
     /// Where on the stone it is.
     pub fn part(&self) -> &'static str {
-        match self.tilt {
-            t if (t - 90.0).abs() < 0.5 => "girdle",
-            t if t < 0.5 => "table",
-            t if t > 179.5 => "culet",
-            t if t < 90.0 => "crown",
-            _ => "pavilion",
-        }
+        part(self.tilt)
     }
 
     /// The angle to the girdle's plane as cutters count it, 0 to 90 degrees on either side.
@@ -40,6 +34,17 @@ impl Tier {
     pub fn json(&self) -> Value {
         json!({ "name": self.name, "part": self.part(), "facets": self.facets, "angle": self.angle(),
                 "distance": self.distance })
+    }
+}
+
+/// Where on the stone a facet is whose outward normal is so many degrees from +z.
+pub fn part(tilt: f64) -> &'static str {
+    match tilt {
+        t if (t - 90.0).abs() < 0.5 => "girdle",
+        t if t < 0.5 => "table",
+        t if t > 179.5 => "culet",
+        t if t < 90.0 => "crown",
+        _ => "pavilion",
     }
 }
 

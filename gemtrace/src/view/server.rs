@@ -1,0 +1,276 @@
+//! The server: whom it lets in, the page's files, dropped files, and a connection for each page.
+
+use super::guard::Guard;
+use super::hub::{Client, Hub, Next};
+use super::inbox::{Inbox, Order};
+use super::message::{Ask, Letter, PROTOCOL, Page, Refusal};
+use super::page;
+use super::sight::Sights;
+use super::store::{LARGEST, Store};
+use crate::Error;
+use axum::body::Body;
+use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
+use axum::extract::{Path, Query, Request, State};
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::middleware::{self, Next as Inner};
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use axum::{Router, serve as axum_serve};
+use serde::Deserialize;
+use serde_json::json;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+use tokio::sync::oneshot;
+
+/// What the server has at hand.
+pub struct Server {
+    pub listener: std::net::TcpListener,
+    pub guard: Guard,
+    pub hub: Arc<Hub>,
+    pub inbox: Arc<Inbox>,
+    pub store: Arc<Store>,
+    pub sights: Arc<Sights>,
+    pub output: PathBuf,
+}
+
+/// How often it is asked whether to stop.
+const TICK: Duration = Duration::from_millis(50);
+/// A page that takes nothing for so long is gone.
+const PATIENCE: Duration = Duration::from_secs(30);
+/// The largest message of a page, bytes.
+const MESSAGE: usize = 64 << 10;
+/// Edges of a view, device pixels.
+const EDGES: std::ops::RangeInclusive<u32> = 16..=4096;
+
+/// Serves until `stop` says so.
+pub fn serve(server: Server, stop: &dyn Fn() -> bool) -> Result<(), Error> {
+    let failed = |e: std::io::Error| Error::output("the server", format!("cannot be run ({e})"));
+    server.listener.set_nonblocking(true).map_err(failed)?;
+    let runtime =
+        tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;
+    runtime.block_on(async {
+        let listener = tokio::net::TcpListener::from_std(server.listener.try_clone().map_err(failed)?);
+        let routes = routes(Arc::new(server));
+        let listener = listener.map_err(failed)?;
+        let stopped = async {
+            while !stop() {
+                tokio::time::sleep(TICK).await;
+            }
+        };
+        tokio::select! {
+            served = async { axum_serve(listener, routes).await } => served.map_err(failed),
+            () = stopped => Ok(()),
+        }
+    })
+}
+
+fn routes(server: Arc<Server>) -> Router {
+    Router::new()
+        .route("/", get(index))
+        .route("/page/{token}/{name}", get(file))
+        .route("/live", get(live))
+        .route("/drop", post(dropped))
+        .layer(middleware::from_fn_with_state(Arc::clone(&server), guarded))
+        .with_state(server)
+}
+
+/// What every request must have.
+#[derive(Deserialize)]
+struct Token {
+    #[serde(default)]
+    token: String,
+    #[serde(default)]
+    embed: Option<String>,
+}
+
+/// Lets in only what knows the token and comes from here, and says how the page may be used.
+async fn guarded(State(server): State<Arc<Server>>, request: Request, inner: Inner) -> Response {
+    if let Err((status, why)) = server.guard.check(request.headers()) {
+        return (status, why).into_response();
+    }
+    let path = request.uri().path().to_owned();
+    let query = Query::<Token>::try_from_uri(request.uri()).map(|query| query.0).ok();
+    let in_path = path.strip_prefix("/page/").and_then(|rest| rest.split('/').next());
+    let token = in_path.or(query.as_ref().map(|query| query.token.as_str())).unwrap_or_default();
+    if !server.guard.knows(token) {
+        let why = "this address lacks the token; open the address that gemtrace view printed";
+        return (StatusCode::FORBIDDEN, why).into_response();
+    }
+    let embedded = query.is_some_and(|query| query.embed.is_some());
+    let mut response = inner.run(request).await;
+    protect(response.headers_mut(), embedded);
+    response
+}
+
+/// Nothing from elsewhere, no other page around it unless it is embedded, and no address of it in what it asks for.
+fn protect(headers: &mut HeaderMap, embedded: bool) {
+    let policy = if embedded {
+        "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'"
+    } else {
+        "default-src 'self'; img-src 'self' blob: data:; connect-src 'self'; frame-ancestors 'none'"
+    };
+    for (name, value) in [
+        (header::CONTENT_SECURITY_POLICY, policy),
+        (header::REFERRER_POLICY, "no-referrer"),
+        (header::X_CONTENT_TYPE_OPTIONS, "nosniff"),
+        (header::CACHE_CONTROL, "no-store"),
+    ] {
+        headers.insert(name, HeaderValue::from_static(value));
+    }
+    if !embedded {
+        headers.insert("cross-origin-resource-policy", HeaderValue::from_static("same-origin"));
+    }
+}
+
+/// The page, in whose links the token stands.
+async fn index(State(server): State<Arc<Server>>) -> Response {
+    let file = page::file("index.html").map_or(&b""[..], |file| file.bytes);
+    let text = String::from_utf8_lossy(file).replace("{{token}}", server.guard.token());
+    ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], text).into_response()
+}
+
+async fn file(Path((_, name)): Path<(String, String)>) -> Response {
+    match page::file(&name) {
+        Some(file) => ([(header::CONTENT_TYPE, file.kind)], file.bytes).into_response(),
+        None => (StatusCode::NOT_FOUND, "no such file").into_response(),
+    }
+}
+
+/// Where a dropped file goes.
+#[derive(Deserialize)]
+struct Drop {
+    name: String,
+    #[serde(default)]
+    side: String,
+}
+
+/// Takes a dropped file; one that is too large is refused before any of it is read.
+async fn dropped(
+    State(server): State<Arc<Server>>,
+    Query(drop): Query<Drop>,
+    headers: HeaderMap,
+    body: Body,
+) -> Response {
+    let refuse = |why: String| Refusal {
+        what: format!("{} was not opened", spectral_core::shown(&drop.name)),
+        why,
+        unchanged: "the stone is unchanged".to_owned(),
+        code: "size",
+        ..Refusal::default()
+    };
+    let length =
+        headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    let large = || refuse(format!("files of up to {} MB are taken", LARGEST >> 20));
+    if length.is_some_and(|length| length > LARGEST) {
+        return refused(StatusCode::PAYLOAD_TOO_LARGE, &large());
+    }
+    let Ok(bytes) = axum::body::to_bytes(body, LARGEST as usize).await else {
+        return refused(StatusCode::PAYLOAD_TOO_LARGE, &large());
+    };
+    let path = match server.store.keep(&drop.name, &bytes) {
+        Ok(path) => path,
+        Err(refusal) => return refused(StatusCode::UNPROCESSABLE_ENTITY, &refusal),
+    };
+    let side = Letter::ALL.into_iter().find(|letter| letter.name() == drop.side);
+    let (reply, answer) = oneshot::channel();
+    if !server.inbox.put(Order::Dropped { path, side, reply }) {
+        return refused(StatusCode::SERVICE_UNAVAILABLE, &refuse("too much is asked for at once".to_owned()));
+    }
+    match answer.await {
+        Ok(Ok(())) => (StatusCode::OK, json_type(), "{}").into_response(),
+        Ok(Err(refusal)) => refused(StatusCode::UNPROCESSABLE_ENTITY, &refusal),
+        Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, &refuse("the view has ended".to_owned())),
+    }
+}
+
+fn json_type() -> [(header::HeaderName, &'static str); 1] {
+    [(header::CONTENT_TYPE, "application/json")]
+}
+
+fn refused(status: StatusCode, refusal: &Refusal) -> Response {
+    (status, json_type(), json!({ "error": refusal.to_json() }).to_string()).into_response()
+}
+
+/// A page's connection.
+async fn live(State(server): State<Arc<Server>>, upgrade: WebSocketUpgrade) -> Response {
+    upgrade
+        .max_message_size(MESSAGE)
+        .max_frame_size(MESSAGE)
+        .on_upgrade(move |socket| connected(server, socket))
+}
+
+async fn connected(server: Arc<Server>, mut socket: WebSocket) {
+    let client = Arc::new(Client::default());
+    while let Some(keep) = tokio::select! {
+        message = socket.recv() => message.and_then(Result::ok).map(|message| hear(&server, &client, &message)),
+        next = client.next() => send(&mut socket, next).await,
+    } {
+        if !keep {
+            break;
+        }
+    }
+    server.hub.leave(&client);
+}
+
+/// Sends what is next; `None` where the page does not take it.
+async fn send(socket: &mut WebSocket, next: Next) -> Option<bool> {
+    let message = match next {
+        Next::Text(text) => Message::Text((&*text).into()),
+        Next::Picture(bytes) => Message::Binary(axum::body::Bytes::from_owner(bytes)),
+    };
+    tokio::time::timeout(PATIENCE, socket.send(message)).await.ok()?.ok().map(|()| true)
+}
+
+/// Takes a message of a page; returns whether the connection goes on.
+fn hear(server: &Server, client: &Arc<Client>, message: &Message) -> bool {
+    let text = match message {
+        Message::Text(text) => text.as_str(),
+        Message::Close(_) => return false,
+        Message::Binary(_) => return complain(client, "messages are JSON text"),
+        _ => return true,
+    };
+    match Ask::parse(text) {
+        Ok(Ask::Page(Page::Hello { protocol: PROTOCOL, width, height })) => {
+            server.hub.join(client);
+            server.inbox.put(Order::Size([width, height].map(within)))
+        }
+        Ok(Ask::Page(Page::Hello { .. })) => {
+            complain(
+                client,
+                &format!("this server speaks version {PROTOCOL} of the protocol; load the page again"),
+            );
+            false
+        }
+        Ok(Ask::Page(Page::Size { width, height })) => {
+            server.inbox.put(Order::Size([width, height].map(within)))
+        }
+        Ok(Ask::Page(Page::Shown {})) => {
+            client.shown();
+            true
+        }
+        Ok(Ask::Change(change)) => {
+            server.inbox.put(Order::Change(Arc::clone(client), change))
+                || complain(client, "too much is asked for at once")
+        }
+        Ok(Ask::Question(_)) => complain(client, "not yet"),
+        Err(error) => complain(client, &format!("not a message of this protocol: {error}")),
+    }
+}
+
+fn within(edge: u32) -> u32 {
+    edge.clamp(*EDGES.start(), *EDGES.end())
+}
+
+/// Says what is wrong with a message.
+fn complain(client: &Client, why: &str) -> bool {
+    let refusal = Refusal {
+        what: "a message was not understood".to_owned(),
+        why: why.to_owned(),
+        unchanged: "nothing is changed".to_owned(),
+        code: "protocol",
+        ..Refusal::default()
+    };
+    client.answer(&refusal.to_json());
+    true
+}

@@ -1,0 +1,100 @@
+//! What is seen at a moment, for questions that are answered elsewhere than on the thread that renders.
+
+use super::display::{self, Caption};
+use super::document::Setup;
+use super::hub::{Hub, locked};
+use super::message::Letter;
+use super::side::Side;
+use crate::output::Picture;
+use crate::scene_file::LoadedScene;
+use spectral_core::color::RgbSpace;
+use spectral_core::prepare::PreparedScene;
+use std::sync::{Arc, Condvar, Mutex};
+
+/// One side at a moment.
+#[derive(Clone)]
+pub struct Sight {
+    pub setup: Setup,
+    pub loaded: LoadedScene,
+    pub prepared: Arc<PreparedScene>,
+    /// The finished picture, once it is.
+    pub picture: Option<Arc<Picture>>,
+    /// The newest change that is seen.
+    pub answers: u64,
+}
+
+impl Sight {
+    pub fn new(side: &Side, answers: u64) -> Self {
+        let (setup, loaded) = (side.setup.clone(), side.loaded.clone());
+        Sight { setup, loaded, prepared: Arc::clone(side.prepared()), picture: None, answers }
+    }
+}
+
+/// Both sides.
+#[derive(Default)]
+pub struct Sights {
+    now: Mutex<[Option<Arc<Sight>>; 2]>,
+    pub news: Condvar,
+}
+
+impl Sights {
+    pub fn set(&self, side: Letter, sight: Sight) -> Arc<Sight> {
+        let sight = Arc::new(sight);
+        locked(&self.now)[side as usize] = Some(Arc::clone(&sight));
+        self.news.notify_all();
+        sight
+    }
+
+    pub fn get(&self, side: Letter) -> Option<Arc<Sight>> {
+        locked(&self.now)[side as usize].clone()
+    }
+
+    pub fn forget(&self, side: Letter) {
+        locked(&self.now)[side as usize] = None;
+        self.news.notify_all();
+    }
+
+    /// Sends a finished picture, encoded beside the thread that renders, unless something newer is seen by then.
+    pub fn settle(self: &Arc<Self>, side: Letter, sight: &Arc<Sight>, tone: &'static str, hub: &Arc<Hub>) {
+        let (sights, sight, hub) = (Arc::clone(self), Arc::clone(sight), Arc::clone(hub));
+        std::thread::spawn(move || {
+            let Some(picture) = &sight.picture else { return };
+            let plain = if tone == "saved" { picture.png().ok() } else { None };
+            let (bytes, format) = match plain {
+                Some(png) => (png, "png"),
+                None => (display::rgba(&picture.film, &sight.loaded, tone), "rgba"),
+            };
+            let size = [picture.film.width(), picture.film.height()];
+            let samples = most_samples(picture);
+            let caption = Caption { side, size, answers: sight.answers, stage: "settled", samples, format };
+            let message = display::message(&caption, &bytes);
+            let now = locked(&sights.now);
+            if now[side as usize].as_ref().is_some_and(|now| Arc::ptr_eq(now, &sight)) {
+                hub.picture(side, message);
+            }
+        });
+    }
+
+    /// Stops with which the bright parts of a side's picture are nearly white.
+    pub fn exposure(&self, side: Letter) -> f64 {
+        let Some(sight) = self.get(side) else { return 0.0 };
+        let Some(picture) = &sight.picture else { return sight.loaded.exposure };
+        let pixels = picture.film.to_space(RgbSpace::Srgb).into_iter();
+        let stones = pixels.filter(|pixel| pixel[3] > 0.5);
+        let mut bright: Vec<f32> =
+            stones.map(|[r, g, b, _]| r.max(g).max(b)).filter(|v| v.is_finite()).collect();
+        if bright.is_empty() {
+            return 0.0;
+        }
+        let place = (bright.len() * 98 / 100).min(bright.len() - 1);
+        let (_, value, _) = bright.select_nth_unstable_by(place, f32::total_cmp);
+        let stops = (0.9 / f64::from(value.max(1e-6))).log2().clamp(-16.0, 16.0);
+        (stops * 20.0).round() / 20.0
+    }
+}
+
+/// The samples of the pixel that has most.
+fn most_samples(picture: &Picture) -> u32 {
+    let film = &picture.film;
+    (0..film.height()).flat_map(|y| (0..film.width()).map(move |x| film.samples(x, y))).max().unwrap_or(0)
+}
