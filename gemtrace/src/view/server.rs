@@ -130,11 +130,16 @@ async fn index(State(server): State<Arc<Server>>) -> Response {
     ([(header::CONTENT_TYPE, "text/html; charset=utf-8")], text).into_response()
 }
 
-async fn file(Path((_, name)): Path<(String, String)>) -> Response {
-    match page::file(&name) {
-        Some(file) => ([(header::CONTENT_TYPE, file.kind)], file.bytes).into_response(),
-        None => (StatusCode::NOT_FOUND, "no such file").into_response(),
+async fn file(Path((_, name)): Path<(String, String)>, headers: HeaderMap) -> Response {
+    let Some(file) = page::file(&name) else {
+        return (StatusCode::NOT_FOUND, "no such file").into_response();
+    };
+    let accepted = headers.get(header::ACCEPT_ENCODING).and_then(|accepted| accepted.to_str().ok());
+    let kind = (header::CONTENT_TYPE, file.kind);
+    if accepted.is_some_and(|accepted| accepted.contains("gzip")) {
+        return ([kind, (header::CONTENT_ENCODING, "gzip")], file.packed()).into_response();
     }
+    ([kind], file.bytes).into_response()
 }
 
 /// Where a dropped file goes.
