@@ -48,7 +48,7 @@ pub const REFERENCE: Backend = Backend {
     about: "double precision, every surface tested: slow, the others are held to it",
     devices: || vec![device("reference", "every triangle, double precision")],
     unusable: Vec::new,
-    areas: false,
+    areas: true,
     open: reference::open,
 };
 

@@ -3,6 +3,7 @@
 //! It follows the same rules as the fast paths. It shares with them only the optics of media and the nest of stones: no
 //! BVH, no planes for convex stones, no order among the rays that an event sends on.
 
+mod beam;
 mod crystal;
 mod surface;
 
@@ -10,6 +11,7 @@ use crate::{
     account::Account,
     schedule::{self, Finished, Stop, TileTracer},
 };
+use beam::Facets;
 use crystal::Mode;
 use glam::DVec3;
 use rayon::ThreadPool;
@@ -21,9 +23,7 @@ use spectral_core::{
     scene::Background,
     settings::Leftover,
     stokes::{StokesRow, align, any_axis},
-    tracer::{
-        Device, DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_points,
-    },
+    tracer::{Device, DeviceInfo, Energy, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
     upsample,
 };
 use std::ops::{ControlFlow, Range};
@@ -34,10 +34,10 @@ use surface::{Crossing, Surfaces};
 pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn Device>, Error> {
     let (device, options) = (device.clone(), *options);
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
-        check_points(&scene)?;
         let surfaces = Surfaces::new(&scene.geometry);
         let (device, workers) = (device.clone(), schedule::workers(&options)?);
-        Ok(Box::new(Reference { device, scene, surfaces, options, workers }) as Box<dyn Tracer>)
+        let facets = scene.lone_convex_stone().map(|stone| Facets::new(&scene.geometry, stone));
+        Ok(Box::new(Reference { device, scene, surfaces, facets, options, workers }) as Box<dyn Tracer>)
     }))
 }
 
@@ -45,6 +45,8 @@ struct Reference {
     device: DeviceInfo,
     scene: Arc<PreparedScene>,
     surfaces: Surfaces,
+    /// Of a lone convex stone.
+    facets: Option<Facets>,
     options: OpenOptions,
     workers: Option<ThreadPool>,
 }
@@ -68,6 +70,9 @@ impl Tracer for Reference {
 impl TileTracer for Reference {
     fn tile(&self, tile: Tile, samples: Range<u32>, stop: &Stop<'_>) -> Option<Finished> {
         let scene = &self.scene;
+        if let (Some(facets), Some(silhouette)) = (&self.facets, &scene.silhouette) {
+            return self.areas(facets, silhouette, tile, samples, stop);
+        }
         let (mut account, mut radiances, mut covered) = (Account::default(), Vec::<f64>::new(), Vec::new());
         for (sample, ray) in scene.camera_rays(tile, samples.clone()) {
             let light = Light::Row { row: StokesRow::eye(), axis: any_axis(ray.direction.to_array()) };
@@ -76,8 +81,7 @@ impl TileTracer for Reference {
             let meets = self.surfaces.next(ray.origin, ray.direction, scene.eye_nest).is_some();
             let energy = Energy { started: scene.wavelength_count() as f64, ..Energy::default() };
             let table = scene.table(sample);
-            let mut walk =
-                Walk { reference: self, table, sample, line: 0, pending: Vec::new(), rays: 0, energy };
+            let mut walk = Walk { energy, ..Walk::new(self, table, sample) };
             for line in 0..scene.wavelength_count() {
                 if !meets && scene.background == Background::Transparent {
                     radiances.push(0.0);
@@ -157,7 +161,12 @@ struct Walk<'a> {
     energy: Energy,
 }
 
-impl Walk<'_> {
+impl<'a> Walk<'a> {
+    fn new(reference: &'a Reference, table: &'a SpectralTable, sample: u32) -> Self {
+        let (pending, energy) = (Vec::new(), Energy::default());
+        Walk { reference, table, sample, line: 0, pending, rays: 0, energy }
+    }
+
     /// Takes a ray from the eye, which may stand in a crystal.
     fn start(&mut self, ray: Ray) {
         match self.medium(ray.nest).crystal {

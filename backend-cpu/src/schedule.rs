@@ -120,18 +120,19 @@ pub(crate) struct Finished {
 }
 
 impl Finished {
-    /// A tile from the radiances of its pixels' samples, wavelengths innermost, and which of them meet a stone.
-    pub fn new<T: Copy + Into<f64>>(
+    /// A tile from the radiances of its pixels' samples, wavelengths innermost, and which of them meet a stone, or what share.
+    pub fn new<T: Copy + Into<f64>, C: Copy + Into<f32>>(
         scene: &PreparedScene,
         tile: Tile,
         samples: Range<u32>,
         radiances: Vec<T>,
-        covered: &[bool],
+        covered: &[C],
         account: Account,
     ) -> Self {
         let table = |k: usize| scene.table(samples.start + (k % samples.len()) as u32);
         let pixels = radiances.chunks_exact(scene.wavelength_count()).zip(covered).enumerate();
-        let samples = pixels.map(|(k, (radiance, covered))| seen(table(k), radiance, *covered)).collect();
+        let samples =
+            pixels.map(|(k, (radiance, covered))| seen(table(k), radiance, (*covered).into())).collect();
         let single = |radiance: T| radiance.into() as f32;
         let radiance =
             if scene.settings.spectral { radiances.into_iter().map(single).collect() } else { Vec::new() };
@@ -351,7 +352,7 @@ impl<'a> Run<'a> {
 }
 
 /// A pixel sample from the radiances of its wavelengths.
-fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: bool) -> PixelSample {
+fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], coverage: f32) -> PixelSample {
     let mut xyz = [0.0; 3];
     for (weight, value) in table.response.iter().zip(radiance) {
         let value: f64 = (*value).into();
@@ -359,7 +360,7 @@ fn seen<T: Copy + Into<f64>>(table: &SpectralTable, radiance: &[T], covered: boo
             xyz[c] += weight[c] * value;
         }
     }
-    PixelSample { xyz: xyz.map(|v| v as f32), coverage: f32::from(u8::from(covered)) }
+    PixelSample { xyz: xyz.map(|v| v as f32), coverage }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use spectral_core::cut::Cut;
 use spectral_core::environment::{LatLong, Source};
 use spectral_core::mesh::Plane;
 use spectral_core::scene::Background;
-use spectral_core::settings::{Leftover, Quality, RenderSettings};
+use spectral_core::settings::{Coverage, Leftover, Quality, RenderSettings};
 use spectral_core::wavelength::WavelengthGrid;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -263,8 +263,14 @@ fn the_other_ways_to_say_it_arrive_too() {
     assert_eq!(settings("quality = 'draft'"), plain.at(Quality::Draft));
     // Numbers are for what the quality leaves open, wherever they stand.
     assert_eq!(settings("samples = 4\nquality = 'final'"), plain.at(Quality::Final).with_samples(4));
-    let most = RenderSettings { samples: 27, tolerance: 2.0, ..plain.at(Quality::Normal) };
+    let most = plain.at(Quality::Normal).with_samples(27).with_tolerance(2.0);
     assert_eq!(settings("samples = 27\ntolerance = 2"), most);
+    assert_eq!(settings("tolerance = 2"), plain.at(Quality::Normal).with_tolerance(2.0));
+    let coverage = |text: &str| settings(text).coverage;
+    assert_eq!(coverage("quality = 'final'"), Coverage::Auto);
+    assert_eq!(coverage("quality = 'final'\nsamples = 4"), Coverage::Points);
+    assert_eq!(coverage("coverage = 'points'"), Coverage::Points);
+    assert_eq!(settings("coverage = 'area'\nsamples = 9").area.offsets, 9);
     assert_eq!(settings("spectral = true").wavelengths, WavelengthGrid::default());
     assert!(rest.scene.stones.is_empty() && rest.files.is_empty());
 }

@@ -21,6 +21,15 @@ pub use pencil::{Line, Pencil};
 pub use polygon::Polygon;
 pub use silhouette::{Piece, Silhouette, Uncovered};
 
+/// When beams are no longer split, and when they are ended: where throughput × share of the pixel falls below these.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Limits {
+    /// A beam that carries less goes as a whole where its centroid's ray goes.
+    pub split: f64,
+    /// A beam that carries less is ended, and reported as dropped below the threshold.
+    pub end: f64,
+}
+
 /// The smallest part of a polygon that is followed by itself, in pixels: rounding makes smaller ones.
 pub const LEAST_AREA: f64 = 1e-9;
 

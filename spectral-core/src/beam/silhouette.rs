@@ -1,6 +1,6 @@
 //! The facets of a convex stone as a picture shows them, and what they cover of a pixel.
 
-use super::{LEAST_AREA, Pencil, Polygon};
+use super::{LEAST_AREA, Limits, Pencil, Polygon};
 use crate::{
     camera::View,
     prepare::{Geometry, PreparedScene, PreparedStone},
@@ -103,6 +103,13 @@ impl Silhouette {
         let middle = (stone.low + stone.high) / 2.0;
         let cells = (view.pixel_at(middle) / (CELL * geometry.radius)).ceil().clamp(1.0, MOST_CELLS.into());
         Some(Silhouette { view: view.clone(), planes, parts, rim, bounds: whole, cells: cells as u32 })
+    }
+
+    /// The limits for a [threshold](crate::settings::RenderSettings::threshold), which is for one cell: beams are ended below
+    /// it, and are whole below ten times of it. Of a pixel of many cells each carries a small share.
+    pub fn limits(&self, threshold: f64) -> Limits {
+        let end = threshold / f64::from(self.cells).powi(2);
+        Limits { split: 10.0 * end, end }
     }
 
     /// Puts the pieces of a pixel in the place of what `pieces` holds, the largest last, and returns what they do not
