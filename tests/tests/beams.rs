@@ -3,7 +3,7 @@
 use gemtrace_tests::prelude::*;
 use spectral_core::settings::{Coverage, Quality};
 
-const SIZE: u32 = 20;
+const SIZE: u32 = 12;
 
 /// Those that can follow areas.
 fn ways() -> impl Iterator<Item = Backend> {
@@ -93,12 +93,12 @@ fn areas_have_the_colours_of_many_points() {
             ("Portuguese cut", gem("portuguese", tinted(1.77, 0.05)), true),
         ] {
             for (camera, limit) in
-                [(eye(DVec3::new(4.0, -12.0, 22.0), 2.0), 0.02), (parallel(DVec3::Z * 30.0, 8.0), 0.05)]
+                [(eye(DVec3::new(4.0, -12.0, 22.0), 2.0), 0.01), (parallel(DVec3::Z * 30.0, 8.0), 0.04)]
             {
                 let world = scene(camera, SIZE, light(), vec![stone.clone()]);
                 let settings =
                     RenderSettings { polarized, threshold: 1e-4, ..settings(&[450.0, 550.0, 650.0]) };
-                let points = render(&CPU, &world, &settings.with_samples(96 * 96));
+                let points = render(&CPU, &world, &settings.with_samples(36 * 36));
                 let found = render(&backend, &world, &areas(settings, 1));
                 let apart = apart(&points.film, &found.film);
                 println!("{}, {name}, polarised: {polarized}: {apart:.4}", backend.name);
@@ -135,7 +135,11 @@ fn finer_pixels_add_up_to_coarse_ones() {
 fn the_same_bits_however_the_work_is_divided() {
     for backend in ways() {
         let world = scene(cameras()[0].clone(), SIZE, furnace(), vec![gem("step", material("ruby"))]);
-        let base = RenderSettings { spectral: true, ..RenderSettings::default().at(Quality::Normal) };
+        let base = RenderSettings {
+            spectral: true,
+            threshold: 1e-2,
+            ..RenderSettings::default().at(Quality::Normal)
+        };
         let settings = areas(
             RenderSettings { wavelengths: WavelengthGrid::midpoints([400.0, 700.0], 4).unwrap(), ..base },
             5,
