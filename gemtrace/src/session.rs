@@ -101,6 +101,8 @@ pub struct Session {
     options: OpenOptions,
     /// The latest scene, whose parts the next one may share.
     prepared: Option<Arc<PreparedScene>>,
+    /// The latest scene that was rendered: as it was asked for, and as it was shown.
+    shown: Option<[Arc<PreparedScene>; 2]>,
     /// What the files of the latest scene were decoded to.
     pub assets: Assets,
     /// Colour space, bits and exposure of the pictures.
@@ -128,6 +130,7 @@ impl Session {
             candidates,
             options,
             prepared: None,
+            shown: None,
             assets: Assets::default(),
             output: Options::default(),
         }
@@ -210,6 +213,10 @@ impl Session {
     /// next film: it may have been this scene's fault.
     pub fn fill(&mut self, scene: &Arc<PreparedScene>, film: &mut Film, watch: &mut dyn Watch) -> Rendered {
         let mut rendered = Rendered::default();
+        // A film that is carried on goes on as it began.
+        if let Some([_, shown]) = self.shown.as_ref().filter(|[asked, _]| Arc::ptr_eq(asked, scene)) {
+            rendered.scene = Some(Arc::clone(shown)).filter(|_| film.total_samples() > 0);
+        }
         let mut known = self.current.take();
         while let Some((choice, open)) = known.take().or_else(|| self.next(&mut rendered, watch)) {
             rendered.reason.clone_from(&choice.reason);
@@ -247,7 +254,7 @@ impl Session {
 
     /// All passes on one device, which is opened if need be.
     fn trace_on(
-        &self,
+        &mut self,
         choice: &Choice,
         open: Option<Box<dyn Device>>,
         scene: &Arc<PreparedScene>,
@@ -256,32 +263,35 @@ impl Session {
         rendered: &mut Rendered,
     ) -> Result<Box<dyn Device>, spectral_core::Error> {
         let mut device = open.map_or_else(|| (choice.backend.open)(&choice.device, &self.options), Ok)?;
-        let shown = shown(choice, scene, rendered, watch)?;
+        let shown = self.as_shown(choice, scene, film, rendered, watch)?;
         rendered.scene = Some(Arc::clone(&shown));
+        self.shown = Some([Arc::clone(scene), Arc::clone(&shown)]);
         passes(&mut *device.load(Arc::clone(&shown))?, &shown, film, watch, rendered)?;
         Ok(device)
     }
-}
 
-/// The scene as a device is to show it: in points if it cannot follow areas, or if the film has points already.
-fn shown(
-    choice: &Choice,
-    scene: &Arc<PreparedScene>,
-    rendered: &Rendered,
-    watch: &mut dyn Watch,
-) -> Result<Arc<PreparedScene>, spectral_core::Error> {
-    let begun = rendered.scene.as_ref().filter(|_| rendered.traced.energy.started > 0.0);
-    let shown = begun.unwrap_or(scene);
-    if shown.silhouette.is_none() || choice.backend.areas {
-        return Ok(Arc::clone(shown));
+    /// The scene as a device is to show it: in points if it cannot follow areas, or if the film has points already.
+    fn as_shown(
+        &self,
+        choice: &Choice,
+        scene: &Arc<PreparedScene>,
+        film: &Film,
+        rendered: &Rendered,
+        watch: &mut dyn Watch,
+    ) -> Result<Arc<PreparedScene>, spectral_core::Error> {
+        let begun = rendered.scene.as_ref().filter(|_| film.total_samples() > 0);
+        let shown = begun.unwrap_or(scene);
+        if shown.silhouette.is_none() || choice.backend.areas {
+            return Ok(Arc::clone(shown));
+        }
+        if begun.is_some() {
+            let message = "it cannot carry on a picture whose samples are areas".to_owned();
+            return Err(spectral_core::Error::Device { device: label(&choice.device), message });
+        }
+        let points = shown.in_points(self.shown.as_ref().map(|[_, before]| &**before))?;
+        points.warnings[shown.warnings.len()..].iter().for_each(|remark| watch.warning(&remark.message));
+        Ok(Arc::new(points))
     }
-    if begun.is_some() {
-        let message = "it cannot carry on a picture whose samples are areas".to_owned();
-        return Err(spectral_core::Error::Device { device: label(&choice.device), message });
-    }
-    let points = shown.in_points()?;
-    points.warnings.iter().skip(shown.warnings.len()).for_each(|remark| watch.warning(&remark.to_string()));
-    Ok(Arc::new(points))
 }
 
 /// All passes on one device; those that the film has already take no time.

@@ -180,13 +180,13 @@ impl PreparedScene {
     }
 
     /// The same scene for devices that cannot follow areas, its samples points; with a remark where areas were asked for by
-    /// name.
+    /// name. It shares what it can with one that was made `before`.
     ///
     /// # Errors
     /// As [`new`](Self::new), for the optics of other wavelengths.
-    pub fn in_points(&self) -> Result<Self, Error> {
+    pub fn in_points(&self, before: Option<&Self>) -> Result<Self, Error> {
         let settings = RenderSettings { coverage: Coverage::Points, ..self.asked.clone() };
-        let optics = self.optics.with(&self.light, &settings)?;
+        let optics = self.optics.with(&self.light, &settings, before.map(|before| &before.optics))?;
         let mut scene = PreparedScene { settings, optics, silhouette: None, ..self.clone() };
         if self.silhouette.is_some() && self.asked.coverage == Coverage::Area {
             let remark = "coverage = \"area\" is for the processor: this device renders from points";
@@ -370,7 +370,7 @@ mod tests {
         let one = PreparedScene::new(&scene, &area).unwrap();
         assert!(one.silhouette.is_some() && !remark(&one));
         assert_eq!((one.settings.samples, one.optics.tables.len()), (area.area.offsets, 27));
-        let points = one.in_points().unwrap();
+        let points = one.in_points(None).unwrap();
         assert!(points.silhouette.is_none() && remark(&points));
         let plain = RenderSettings { coverage: Coverage::Points, ..area };
         let alike = PreparedScene::new(&scene, &plain).unwrap();

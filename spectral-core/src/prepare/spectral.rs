@@ -71,11 +71,12 @@ impl Optics {
 
     /// The optics of the same scene with other settings.
     pub(super) fn with(
-        self: &Arc<Self>,
+        &self,
         light: &Environment,
         settings: &RenderSettings,
+        before: Option<&Arc<Optics>>,
     ) -> Result<Arc<Self>, Error> {
-        Self::of(self.substances.clone(), light, settings, Some(self))
+        Self::of(self.substances.clone(), light, settings, before)
     }
 
     fn of(
