@@ -1,6 +1,6 @@
 //! The rays and the energy of a trace, summed so that the order of work does not show.
 
-use accel::lanes::WIDTH;
+use accel::lanes::{Row, WIDTH};
 use spectral_core::tracer::Energy;
 
 /// Sums in fixed point, in the order of [`Fate`]: integers add up to the same total in any order.
@@ -50,6 +50,17 @@ impl Account {
     pub fn add(&mut self, fate: Fate, shares: &[f32; WIDTH]) {
         // A share is at most 1, or a little more by rounding: the sum of sixteen fits.
         let parts: u64 = shares.iter().map(|share| (f64::from(*share) * UNIT) as u64).sum();
+        self.energies[fate as usize] += u128::from(parts);
+    }
+
+    /// Adds the throughput of some lanes, of which there are few.
+    #[inline(always)]
+    pub fn add_few(&mut self, fate: Fate, shares: &Row, mut lanes: u16) {
+        let mut parts = 0;
+        while lanes != 0 {
+            parts += (f64::from(shares.0[lanes.trailing_zeros() as usize]) * UNIT) as u64;
+            lanes &= lanes - 1;
+        }
         self.energies[fate as usize] += u128::from(parts);
     }
 

@@ -17,8 +17,14 @@ impl Basis {
     /// more is the secondary of the two larger, the rest is the primary of the largest. Where two components are
     /// equal, either choice gives the same, since the weight is their difference.
     #[inline(always)]
-    pub fn expand<V: Lanes>(&self, Triple { x: r, y: g, z: b }: Triple<V>) -> V {
-        let [white, cyan, magenta, yellow, red, green, blue] = &self.0;
+    pub fn expand<V: Lanes>(&self, colour: Triple<V>) -> V {
+        Self::expand_by(&self.0, colour)
+    }
+
+    /// The same by bases in rows.
+    #[inline(always)]
+    pub fn expand_by<V: Lanes>(rows: &[Row; BASES], Triple { x: r, y: g, z: b }: Triple<V>) -> V {
+        let [white, cyan, magenta, yellow, red, green, blue] = rows;
         let least = r.min(g).min(b);
         let most = r.max(g).max(b);
         let middle = r.min(g).max(r.max(g).min(b));

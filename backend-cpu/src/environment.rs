@@ -27,6 +27,15 @@ impl Light {
             },
         }
     }
+
+    /// The largest component that any ray can see.
+    pub fn most(&self) -> f32 {
+        let most = |colour: &[f32; 3]| colour.iter().copied().fold(0.0, f32::max);
+        match self {
+            Light::Uniform(rgb) => most(rgb),
+            Light::Image { image, .. } => image.texels().iter().map(most).fold(0.0, f32::max),
+        }
+    }
 }
 
 /// Where the texels lie that rays see.

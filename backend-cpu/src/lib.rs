@@ -24,6 +24,7 @@ mod medium;
 mod planes;
 mod reference;
 mod schedule;
+mod stream;
 mod surface;
 mod throughput;
 mod tracer;

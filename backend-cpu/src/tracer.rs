@@ -4,6 +4,7 @@ use crate::{
     chain::{Chain, ChainTracer},
     environment::Light,
     schedule,
+    stream::{Stream, StreamTracer},
     surface::Surfaces,
     tree::{Tree, TreeTracer},
 };
@@ -49,9 +50,12 @@ fn open_in(
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
         check_points(&scene)?;
         let start = Instant::now();
-        let path = match Chain::new(&scene, instructions) {
-            Some(chain) => Path::Chain(chain),
-            None => {
+        let light = Light::new(&scene.environment);
+        let stream = Stream::new(&scene, &light, instructions);
+        let path = match (Chain::new(&scene, instructions), stream) {
+            (Some(chain), _) => Path::Chain(chain),
+            (None, Some(stream)) => Path::Stream(stream),
+            (None, None) => {
                 let surfaces = match last.take() {
                     Some((geometry, surfaces))
                         if Arc::ptr_eq(&geometry, &scene.geometry) && surfaces.close_up == scene.close_up =>
@@ -64,7 +68,6 @@ fn open_in(
                 Path::Tree(Tree::new(&scene, surfaces, instructions))
             }
         };
-        let light = Light::new(&scene.environment);
         let (device, workers) = (device.clone(), workers.clone());
         let build = Some(start.elapsed());
         Ok(Box::new(CpuTracer { device, path, light, scene, options, workers, build }) as Box<dyn Tracer>)
@@ -74,6 +77,7 @@ fn open_in(
 /// How paths find their surfaces in this scene.
 enum Path {
     Chain(Chain),
+    Stream(Stream),
     Tree(Tree),
 }
 
@@ -104,6 +108,10 @@ impl Tracer for CpuTracer {
         let outcome = match &self.path {
             Path::Chain(chain) => {
                 let tracer = ChainTracer { chain, scene, light };
+                schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+            }
+            Path::Stream(stream) => {
+                let tracer = StreamTracer { stream, scene, light };
                 schedule::trace(&tracer, scene, options, workers, samples, film, progress)
             }
             Path::Tree(tree) => {

@@ -58,14 +58,14 @@ pub fn place(index: u32) -> f64 {
 }
 
 /// The number of choices at an event, 3¹⁰: so small that a product of two stays below 2³².
-pub(crate) const CHOICES: u32 = 59_049;
+pub const CHOICES: u32 = 59_049;
 
 /// The multiplier a of Korobov's rule for the choices.
-pub(crate) const MULTIPLIER: u32 = 229;
+pub const MULTIPLIER: u32 = 229;
 
 /// All choices are shifted by so many of their smallest steps: in symmetrical stones two rays often have the same weight, and
 /// rounding must not decide between them.
-pub(crate) const SHIFT: u32 = 17;
+pub const SHIFT: u32 = 17;
 
 /// By what sample `index` chooses one of two rays at surface event `event`, in (0, 1): the first one if this is below its
 /// share of their weight.

@@ -126,7 +126,7 @@ impl PreparedScene {
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let close_up = geometry.is_close(&view);
         let wanted = settings.coverage != Coverage::Points;
-        let lone = wanted.then(|| geometry.lone_convex_stone(eye_nest)).flatten();
+        let lone = wanted.then(|| geometry.lone_convex(eye_nest).filter(|stone| !stone.crystal)).flatten();
         let silhouette = lone.and_then(|stone| Silhouette::of(&geometry, stone, &view)).map(Arc::new);
         let asked = settings;
         let settings = &match silhouette {
@@ -241,19 +241,20 @@ impl PreparedScene {
     /// The stone that alone stands in the scene, if it is a convex dielectric of few facets seen from outside: then what
     /// leaves it never returns, and a path is a chain rather than a tree.
     pub fn lone_convex_stone(&self) -> Option<&PreparedStone> {
-        self.geometry.lone_convex_stone(self.eye_nest)
+        self.geometry.lone_convex(self.eye_nest).filter(|stone| !stone.crystal)
+    }
+
+    /// The same where it is a crystal.
+    pub fn lone_convex_crystal(&self) -> Option<&PreparedStone> {
+        self.geometry.lone_convex(self.eye_nest).filter(|stone| stone.crystal)
     }
 }
 
 impl Geometry {
-    /// See [`PreparedScene::lone_convex_stone`].
-    fn lone_convex_stone(&self, eye_nest: Nest) -> Option<&PreparedStone> {
+    /// The only stone, if it is a convex dielectric of few facets and the eye is not in it.
+    fn lone_convex(&self, eye_nest: Nest) -> Option<&PreparedStone> {
         match self.stones.as_slice() {
-            [stone]
-                if stone.has_few_planes() && !stone.conductor && !stone.crystal && eye_nest.is_empty() =>
-            {
-                Some(stone)
-            }
+            [stone] if stone.has_few_planes() && !stone.conductor && eye_nest.is_empty() => Some(stone),
             _ => None,
         }
     }

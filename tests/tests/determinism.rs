@@ -6,8 +6,12 @@ use backend_wgpu::WGPU;
 use gemtrace_tests::prelude::*;
 
 fn ruby() -> Scene {
+    brilliant("ruby")
+}
+
+fn brilliant(name: &str) -> Scene {
     let camera = eye(DVec3::new(4.0, -12.0, 22.0), 18.0);
-    let stones = vec![gem("round-brilliant", material("ruby"))];
+    let stones = vec![gem("round-brilliant", material(name))];
     Scene { height: 31, ..scene(camera, 45, studio(), stones) }
 }
 
@@ -48,23 +52,31 @@ fn however_divided(backend: &Backend, scene: &Scene) {
 
 #[test]
 fn by_planes() {
-    however_divided(&CPU, &ruby());
+    however_divided(&CPU, &brilliant("spinel"));
+}
+
+/// One crystal, uniaxial or biaxial.
+#[test]
+fn in_a_stream() {
+    for name in ["ruby", "tanzanite"] {
+        however_divided(&CPU, &brilliant(name));
+    }
 }
 
 /// A packet has sixteen wavelengths in every instruction set.
 #[test]
 fn in_any_instruction_set() {
-    for polarized in [false, true] {
+    for (polarized, name) in [(false, "spinel"), (true, "spinel"), (true, "ruby"), (true, "tanzanite")] {
         for lines in [1, 8, 21] {
             let grid = WavelengthGrid::midpoints([400.0, 700.0], lines).expect("a valid grid");
             let settings = RenderSettings { polarized, wavelengths: grid, ..quick() };
             let picture = |set: Instructions| {
                 let whole = std::slice::from_ref(&(0..8));
-                render_with(&cpu_in(set), &ruby(), &settings, &OpenOptions::default(), whole)
+                render_with(&cpu_in(set), &brilliant(name), &settings, &OpenOptions::default(), whole)
             };
             let portable = picture(Instructions::Portable);
             for set in Instructions::ALL.into_iter().filter(|set| set.available()) {
-                let what = format!("{}, {lines} wavelengths, polarised: {polarized}", set.name());
+                let what = format!("{}, {name}, {lines} wavelengths, polarised: {polarized}", set.name());
                 assert_same(&portable, &picture(set), &what);
             }
         }

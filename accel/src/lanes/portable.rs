@@ -112,6 +112,15 @@ impl Lanes for Portable {
         row.0 = self.0;
     }
 
+    #[inline(always)]
+    fn pack(self, lanes: u16, to: &mut [f32; WIDTH]) {
+        let mut place = 0;
+        for i in 0..WIDTH {
+            to[place % WIDTH] = self.0[i];
+            place += usize::from(lanes >> i & 1);
+        }
+    }
+
     functions! {
         fn fma(self, a: Self, b: Self) -> Self {
             Portable(fused(&self.0, &a.0, &b.0))

@@ -65,6 +65,12 @@ impl Task for Operations {
             bits.extend(row.0.map(f32::to_bits));
         }
         bits.extend(offsets);
+        for lanes in [0, 1, 0x8000, 0x1248, 0xfeed, mask.bits(), u16::MAX] {
+            let mut packed = [0.0; WIDTH];
+            a.pack(lanes, &mut packed);
+            let count = lanes.count_ones() as usize;
+            bits.extend(packed[..count].iter().map(|x| x.to_bits()));
+        }
         bits
     }
 }

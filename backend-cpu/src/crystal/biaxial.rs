@@ -1,22 +1,17 @@
 //! Waves in a biaxial crystal, sheet by sheet of its index surface: the twin of the core's.
 
-use super::{Mode, Wave, single};
-use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH};
+use super::{Wave, single};
+use accel::lanes::{Lanes, Mask, Row, Triple};
 use spectral_core::crystal as core;
 
 /// A biaxial crystal.
 #[derive(Debug, Clone)]
 pub(super) struct Biaxial {
     axes: [[f32; 3]; 3],
-    /// 1/ε along each axis.
-    inverse: [Row; 3],
-    /// The optic axes.
-    optic: [[Row; 3]; 2],
-    /// A and B = ½(1/n_α² ± 1/n_γ²).
-    sheet: [Row; 2],
-    /// n_β².
-    middle: Row,
 }
+
+/// See [`Biaxial::FIGURES`].
+type Figures = [Row; Biaxial::FIGURES];
 
 /// Newton's method settles within so many steps in single precision, for the strongest crystals.
 const STEPS: usize = 6;
@@ -34,6 +29,8 @@ const ON_SHEET: f32 = 1e-4;
 struct Surface<V> {
     q2: V,
     axes: [Beside<V>; 2],
+    /// A and B.
+    sheet: [V; 2],
 }
 
 /// An optic axis a beside a surface: a·q, a·n, a × q and a × n.
@@ -54,6 +51,16 @@ struct Angle<V> {
 
 impl<V: Lanes> Beside<V> {
     #[inline(always)]
+    fn new(axis: Triple<V>, q: Triple<V>, n: Triple<V>) -> Self {
+        Beside {
+            along_q: axis.dot(q),
+            along_n: axis.dot(n),
+            across_q: axis.cross(q),
+            across_n: axis.cross(n),
+        }
+    }
+
+    #[inline(always)]
     fn at(&self, zeta: V) -> Angle<V> {
         let vector = self.across_n.fma(zeta, self.across_q);
         Angle {
@@ -65,54 +72,15 @@ impl<V: Lanes> Beside<V> {
     }
 }
 
-impl Biaxial {
-    pub fn new(lanes: &[core::Crystal; WIDTH]) -> Self {
-        let each = lanes.map(|crystal| core::Biaxial::new(crystal.indices(), crystal.axes()));
-        let row = |value: &dyn Fn(&core::Biaxial) -> f64| {
-            Row(std::array::from_fn(|lane| value(&each[lane]) as f32))
-        };
-        Biaxial {
-            axes: lanes[0].axes().map(single),
-            inverse: [0, 1, 2].map(|k| row(&|c| c.permittivity[k].recip())),
-            optic: [0, 1].map(|i| [0, 1, 2].map(|k| row(&|c| c.optic[i][k]))),
-            sheet: [0, 1].map(|i| row(&|c| c.sheet[i])),
-            middle: row(&|c| c.middle),
-        }
-    }
-
-    #[inline(always)]
-    pub fn waves<V: Lanes>(&self, q: Triple<V>, n: Triple<V>, side: f32) -> ([Wave<V>; 2], V::Mask) {
-        let surface = Surface { q2: q.dot(q), axes: [self.beside(0, q, n), self.beside(1, q, n)] };
-        let start = V::load(&self.middle) - surface.q2;
-        let met = V::splat(GRAZING * GRAZING).lt(start);
-        let start = start.max(V::splat(0.0)).sqrt() * V::splat(side);
-        let (fast, fast_met) = self.newton(&surface, start, 1.0, side);
-        let (slow, slow_met) = self.newton(&surface, start, -1.0, side);
-        let (fast, _) = self.wave(0, n.fma(fast, q));
-        let (slow, _) = self.wave(1, n.fma(slow, q));
-        (share_power(fast, slow, n), met & fast_met & slow_met)
-    }
-
-    #[inline(always)]
-    fn beside<V: Lanes>(&self, i: usize, q: Triple<V>, n: Triple<V>) -> Beside<V> {
-        let axis = Triple::load(&self.optic[i]);
-        Beside {
-            along_q: axis.dot(q),
-            along_n: axis.dot(n),
-            across_q: axis.cross(q),
-            across_n: axis.cross(n),
-        }
-    }
-
+impl<V: Lanes> Surface<V> {
     /// ζ on a sheet: the root of G∓(q + ζn) = 1 by Newton's method.
     ///
     /// With R = √P, P = |a₁ × N|²|a₂ × N|², a step is (G − 1)R/((2Aζ + B(…)′)R ± ½BP′): one root and one division.
     #[inline(always)]
-    fn newton<V: Lanes>(&self, surface: &Surface<V>, start: V, sign: f32, side: f32) -> (V, V::Mask) {
+    fn newton(&self, start: V, sign: f32, side: f32) -> (V, V::Mask) {
         let (one, sign) = (V::splat(1.0), V::splat(sign));
-        let [a, b] = &self.sheet;
-        let (a, b) = (V::load(a), V::load(b));
-        let Surface { q2, axes: [first, second] } = surface;
+        let Surface { q2, axes: [first, second], sheet: [a, b] } = self;
+        let (a, b) = (*a, *b);
         let (mut zeta, mut step, mut slope) = (start, one, one);
         // A lane stops by itself, so that its root does not depend on its neighbours.
         let mut open = V::Mask::from_bits(u16::MAX);
@@ -133,11 +101,51 @@ impl Biaxial {
         }
         (zeta, !open & V::splat(0.0).lt(slope * V::splat(side)))
     }
+}
+
+impl Biaxial {
+    /// 1/ε along each axis, the two optic axes, A and B = ½(1/n_α² ± 1/n_γ²), and n_β².
+    pub const FIGURES: usize = 12;
+
+    pub fn new(axes: [[f64; 3]; 3]) -> Self {
+        Biaxial { axes: axes.map(single) }
+    }
+
+    pub fn figures(crystal: &core::Crystal) -> [f32; Self::FIGURES] {
+        let core::Biaxial { permittivity: [x, y, z], optic: [a, b], sheet, middle, .. } =
+            core::Biaxial::new(crystal.indices(), crystal.axes());
+        let [sum, difference] = sheet;
+        let inverse = [x.recip(), y.recip(), z.recip()];
+        single([
+            inverse[0], inverse[1], inverse[2], a[0], a[1], a[2], b[0], b[1], b[2], sum, difference, middle,
+        ])
+    }
+
+    #[inline(always)]
+    pub fn waves<V: Lanes>(
+        &self,
+        figures: &Figures,
+        q: Triple<V>,
+        n: Triple<V>,
+        side: f32,
+    ) -> ([Wave<V>; 2], V::Mask) {
+        let axes = [Beside::new(optic(figures, 0), q, n), Beside::new(optic(figures, 1), q, n)];
+        let [.., a, b, middle] = figures;
+        let surface = Surface { q2: q.dot(q), axes, sheet: [V::load(a), V::load(b)] };
+        let start = V::load(middle) - surface.q2;
+        let met = V::splat(GRAZING * GRAZING).lt(start);
+        let start = start.max(V::splat(0.0)).sqrt() * V::splat(side);
+        let (fast, fast_met) = surface.newton(start, 1.0, side);
+        let (slow, slow_met) = surface.newton(start, -1.0, side);
+        let (fast, _) = self.wave(figures, V::Mask::from_bits(0), n.fma(fast, q));
+        let (slow, _) = self.wave(figures, V::Mask::from_bits(u16::MAX), n.fma(slow, q));
+        (share_power(fast, slow, n), met & fast_met & slow_met)
+    }
 
     /// u = a × N/|a × N|.
     #[inline(always)]
-    fn across<V: Lanes>(&self, i: usize, normal: Triple<V>) -> Triple<V> {
-        let vector = Triple::load(&self.optic[i]).cross(normal);
+    fn across<V: Lanes>(axis: Triple<V>, normal: Triple<V>) -> Triple<V> {
+        let vector = axis.cross(normal);
         let size = vector.dot(vector).sqrt();
         vector.scaled(V::splat(1.0) / size.max(V::splat(ON_AXIS)))
     }
@@ -147,24 +155,37 @@ impl Biaxial {
     /// Next to an optic axis a surface can have both its waves from one sheet, and `exact` then calls one of them by the
     /// other's mode. On the sheet N²(D·E) = D².
     #[inline(always)]
-    pub fn wave<V: Lanes>(&self, mode: Mode, normal: Triple<V>) -> (Wave<V>, V::Mask) {
-        let sign = V::splat(if mode == 0 { 1.0 } else { -1.0 });
-        let (first, second) = (self.across(0, normal), self.across(1, normal));
+    pub fn wave<V: Lanes>(
+        &self,
+        figures: &Figures,
+        second: V::Mask,
+        normal: Triple<V>,
+    ) -> (Wave<V>, V::Mask) {
+        let sign = V::select(second, V::splat(-1.0), V::splat(1.0));
+        let first = Self::across(optic(figures, 0), normal);
+        let second = Self::across(optic(figures, 1), normal);
         let (same, other) = (second.fma(sign, first), second.fnma(sign, first));
         let longer = !same.dot(same).lt(other.dot(other));
         let displacement = Triple::select(longer, same, normal.cross(other));
         let part = displacement.dot(normal) / normal.dot(normal);
         let displacement = normal.fnma(part, displacement);
         let mut electric = Triple::splat([0.0; 3]);
-        for k in 0..3 {
-            let axis = Triple::splat(self.axes[k]);
-            electric = axis.fma(axis.dot(displacement) * V::load(&self.inverse[k]), electric);
+        for (axis, inverse) in self.axes.iter().zip(figures) {
+            let axis = Triple::splat(*axis);
+            electric = axis.fma(axis.dot(displacement) * V::load(inverse), electric);
         }
         let (square, size) = (displacement.dot(displacement), normal.dot(normal));
         let off = size.fma(displacement.dot(electric), -square).abs();
         let wave = Wave { normal, electric, magnetic: normal.cross(electric) };
         (wave, off.lt(V::splat(ON_SHEET) * square))
     }
+}
+
+/// An optic axis.
+#[inline(always)]
+fn optic<V: Lanes>(figures: &Figures, i: usize) -> Triple<V> {
+    let [x, y, z] = [3, 4, 5].map(|k| &figures[k + 3 * i]);
+    Triple { x: V::load(x), y: V::load(y), z: V::load(z) }
 }
 
 /// Two waves of one surface whose powers add up: near an optic axis rounding has left a common part.

@@ -1,7 +1,7 @@
 //! What a surface between a crystal and a transparent isotropic medium does to light: the twin of the core's 2 × 2 boundary
 //! conditions and of its weights, for paths that are followed backwards.
 
-use super::{Crystal, Mode, Wave, exact::Sent, unit};
+use super::{Optics, Wave, exact::Sent, unit};
 use crate::throughput::Polarized;
 use accel::lanes::{Lanes, Mask, Row, Triple};
 
@@ -139,18 +139,18 @@ fn norm_sqr<V: Lanes>(a: Complex<V>) -> V {
     a[0].fma(a[0], a[1] * a[1])
 }
 
-/// From a mode of a crystal of the wave vector N and `weight` into a medium of index `beyond`, and the lanes for which single
+/// From a mode of a crystal, in some lanes the second one, of the wave vector N and `weight` into a medium of index `beyond`, and the lanes for which single
 /// precision does.
 #[inline(always)]
 pub(super) fn leave<V: Lanes>(
-    crystal: &Crystal,
-    mode: Mode,
+    crystal: Optics<'_>,
+    second: V::Mask,
     (wave_vector, weight): (Triple<V>, V),
     n: Triple<V>,
     beyond: V,
 ) -> (Scattered<V>, V::Mask) {
     let (zero, one) = (V::splat(0.0), V::splat(1.0));
-    let (incident, known) = crystal.wave(mode, wave_vector);
+    let (incident, known) = crystal.wave(second, wave_vector);
     let q = n.fnma(n.dot(wave_vector), wave_vector);
     let q2 = q.dot(q);
     // At normal incidence each plane through the normal is one of incidence.
@@ -225,7 +225,7 @@ fn outward<V: Lanes>([eu, es, hu, hs]: &[V; 4], z: &Root<V>, permittivity: V) ->
 /// From a medium of index `here` into a crystal; the row's frame lies in the plane of incidence, `direction` is the ray's.
 #[inline(always)]
 pub(super) fn enter<V: Lanes>(
-    crystal: &Crystal,
+    crystal: Optics<'_>,
     row: Polarized<V>,
     direction: Triple<V>,
     n: Triple<V>,

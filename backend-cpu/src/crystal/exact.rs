@@ -1,6 +1,5 @@
 //! Surface events in double precision, lane by lane: evanescent waves, grazing incidence, metals, and crystals in contact.
 
-use super::Crystal;
 use accel::lanes::{Row, WIDTH};
 use spectral_core::{
     crystal::{self as core, Form, Incidence, Scattered, Wave, from_mode, into_mode, reflected},
@@ -103,7 +102,7 @@ fn each(lanes: u16) -> impl Iterator<Item = usize> {
 #[inline(never)]
 pub(super) fn left<'a>(
     lanes: u16,
-    crystal: &Crystal,
+    exact: impl Fn(usize) -> &'a core::Crystal,
     (vectors, weights): (&[Row; 3], &Row),
     normals: &[Row; 3],
     beyond: impl Fn(usize) -> Beyond<'a>,
@@ -111,7 +110,7 @@ pub(super) fn left<'a>(
     let mut sent = Sent::default();
     for i in each(lanes) {
         let (vector, weight) = (lane(vectors, i), f64::from(weights.0[i]));
-        let (crystal, n) = (&crystal.exact[i], normalized(lane(normals, i)));
+        let (crystal, n) = (exact(i), normalized(lane(normals, i)));
         let at = Incidence::new(vector, n);
         let Some(incident) = nearest(crystal, vector, &at) else { continue };
         let back = crystal.reflections(&incident, &at);
@@ -139,9 +138,9 @@ pub(super) fn left<'a>(
 
 /// What some lanes send on of a row; `here` are the indices of the medium that it is in.
 #[inline(never)]
-pub(super) fn entered(
+pub(super) fn entered<'a>(
     lanes: u16,
-    crystal: &Crystal,
+    exact: impl Fn(usize) -> &'a core::Crystal,
     (row, axis): (&[Row; 4], &[Row; 3]),
     [directions, normals]: [&[Row; 3]; 2],
     here: &Row,
@@ -150,7 +149,7 @@ pub(super) fn entered(
     for i in each(lanes) {
         let row = StokesRow([0, 1, 2, 3].map(|k| f64::from(row[k].0[i])));
         let [direction, n] = [directions, normals].map(|rows| normalized(lane(rows, i)));
-        let (crystal, here) = (&crystal.exact[i], f64::from(here.0[i]));
+        let (crystal, here) = (exact(i), f64::from(here.0[i]));
         let turned = align(direction, lane(axis, i), n);
         let row = row.rotated(turned.cos2, turned.sin2);
         let at = Incidence::aligned(direction.map(|x| x * here), n, turned.axis);

@@ -1,6 +1,6 @@
 //! Waves in a uniaxial crystal: the twin of the core's closed form.
 
-use super::{Mode, Wave, single, unit};
+use super::{Wave, single, unit};
 use accel::lanes::{Lanes, Row, Triple};
 use spectral_core::{crystal as core, stokes::any_axis};
 
@@ -10,10 +10,6 @@ pub(super) struct Uniaxial {
     /// c, and a vector across it.
     axis: [f32; 3],
     across: [f32; 3],
-    /// ε_o, Δ = ε_e − ε_o and ε_e.
-    permittivity: [Row; 3],
-    /// 1/ε_o and Δ/(ε_o ε_e): ε⁻¹ = 1/ε_o − Δ/(ε_o ε_e) ccᵀ.
-    inverse: [Row; 2],
 }
 
 /// Below this |c × N| is rounding error.
@@ -22,24 +18,30 @@ const ON_AXIS: f32 = 1e-6;
 const GRAZING: f32 = 1e-5;
 
 impl Uniaxial {
-    pub fn new(lanes: &[core::Uniaxial]) -> Self {
-        let row = |value: &dyn Fn(&core::Uniaxial) -> f64| {
-            Row(std::array::from_fn(|lane| value(&lanes[lane]) as f32))
-        };
-        let extraordinary = |c: &core::Uniaxial| c.ordinary + c.difference;
-        let axis = lanes[0].axis;
-        Uniaxial {
-            axis: single(axis),
-            across: single(any_axis(axis)),
-            permittivity: [row(&|c| c.ordinary), row(&|c| c.difference), row(&extraordinary)],
-            inverse: [row(&|c| c.ordinary.recip()), row(&|c| c.difference / (c.ordinary * extraordinary(c)))],
-        }
+    /// ε_o, Δ = ε_e − ε_o and ε_e, and 1/ε_o and Δ/(ε_o ε_e): ε⁻¹ = 1/ε_o − Δ/(ε_o ε_e) ccᵀ.
+    pub const FIGURES: usize = 5;
+
+    pub fn new(axis: [f64; 3]) -> Self {
+        Uniaxial { axis: single(axis), across: single(any_axis(axis)) }
+    }
+
+    pub fn figures(crystal: &core::Uniaxial) -> [f32; Self::FIGURES] {
+        let core::Uniaxial { ordinary, difference, .. } = *crystal;
+        let extraordinary = ordinary + difference;
+        let share = difference / (ordinary * extraordinary);
+        single([ordinary, difference, extraordinary, ordinary.recip(), share])
     }
 
     /// See `spectral_core::crystal`; the discriminant is factored: ε_o((ε_e − q²)a − Δ(c·q)²).
     #[inline(always)]
-    pub fn waves<V: Lanes>(&self, q: Triple<V>, n: Triple<V>, side: f32) -> ([Wave<V>; 2], V::Mask) {
-        let [ordinary, difference, extraordinary] = &self.permittivity;
+    pub fn waves<V: Lanes>(
+        &self,
+        figures: &[Row; Self::FIGURES],
+        q: Triple<V>,
+        n: Triple<V>,
+        side: f32,
+    ) -> ([Wave<V>; 2], V::Mask) {
+        let [ordinary, difference, extraordinary, inverse_o, _] = figures;
         let (ordinary, difference) = (V::load(ordinary), V::load(difference));
         let extraordinary = V::load(extraordinary);
         let (zero, side) = (V::splat(0.0), V::splat(side));
@@ -65,34 +67,45 @@ impl Uniaxial {
         let inverse = V::splat(1.0) / size.max(V::splat(ON_AXIS));
         let w = Triple::select(off_axis, w.scaled(inverse), Triple::splat(self.across));
         let tilt = V::select(off_axis, step * inverse, zero);
-        let w = unit(normal_o.fnma(w.dot(normal_o) * V::load(&self.inverse[0]), w));
+        let w = unit(normal_o.fnma(w.dot(normal_o) * V::load(inverse_o), w));
         // Both waves of one w: near the axis w is rounding error, and their powers must add up.
         let first = Wave { normal: normal_o, electric: w, magnetic: normal_o.cross(w) };
-        let second = self.extraordinary(n.fma(step, normal_o), axis.cross(n).fma(tilt, w));
+        let second = self.extraordinary(figures, n.fma(step, normal_o), axis.cross(n).fma(tilt, w));
         ([first, second], regular)
     }
 
     /// E = ε⁻¹(N × w), H = −w.
     #[inline(always)]
-    fn extraordinary<V: Lanes>(&self, normal: Triple<V>, w: Triple<V>) -> Wave<V> {
+    fn extraordinary<V: Lanes>(
+        &self,
+        [.., inverse, share]: &[Row; Self::FIGURES],
+        normal: Triple<V>,
+        w: Triple<V>,
+    ) -> Wave<V> {
         let axis = Triple::splat(self.axis);
         let displacement = normal.cross(w);
-        let share = axis.dot(displacement) * V::load(&self.inverse[1]);
-        let electric = axis.fnma(share, displacement.scaled(V::load(&self.inverse[0])));
+        let share = axis.dot(displacement) * V::load(share);
+        let electric = axis.fnma(share, displacement.scaled(V::load(inverse)));
         Wave { normal, electric, magnetic: w.scaled(V::splat(-1.0)) }
     }
 
     #[inline(always)]
-    pub fn wave<V: Lanes>(&self, mode: Mode, normal: Triple<V>) -> Wave<V> {
+    pub fn wave<V: Lanes>(
+        &self,
+        figures: &[Row; Self::FIGURES],
+        second: V::Mask,
+        normal: Triple<V>,
+    ) -> Wave<V> {
         let w = Triple::splat(self.axis).cross(normal);
         let size = w.dot(w).sqrt();
         let inverse = V::splat(1.0) / size.max(V::splat(ON_AXIS));
         let off_axis = V::splat(ON_AXIS).lt(size);
         let w = Triple::select(off_axis, w.scaled(inverse), Triple::splat(self.across));
-        if mode == 0 {
-            Wave { normal, electric: w, magnetic: normal.cross(w) }
-        } else {
-            self.extraordinary(normal, w)
+        let extraordinary = self.extraordinary(figures, normal, w);
+        Wave {
+            normal,
+            electric: Triple::select(second, extraordinary.electric, w),
+            magnetic: Triple::select(second, extraordinary.magnetic, normal.cross(w)),
         }
     }
 }

@@ -8,7 +8,7 @@ use crate::{
     medium::{Interface, Medium},
     throughput::{Mean, Polarized, Throughput},
 };
-use accel::lanes::{Lanes, Row, Triple, exp2};
+use accel::lanes::{Lanes, Mask, Row, Triple, exp2};
 
 /// A throughput with what crystals ask for. Without crystals nothing of it is compiled.
 pub(super) trait Carrier<V: Lanes>: Throughput<V> {
@@ -126,6 +126,12 @@ impl<V: Lanes> Throughput<V> for Mixed<V> {
     }
 }
 
+/// The lanes of the second mode, where all are of one.
+#[inline(always)]
+fn in_lanes<V: Lanes>(mode: Mode) -> V::Mask {
+    V::Mask::from_bits(if mode == 0 { 0 } else { u16::MAX })
+}
+
 impl<V: Lanes> Carrier<V> for Mixed<V> {
     #[inline(always)]
     fn begin(axis: Triple<V>, polarized: bool) -> Self {
@@ -153,7 +159,8 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
     fn fade(&mut self, medium: &Medium, ray: Triple<V>, distance: V) {
         match (self.mode, &medium.crystal) {
             (Some(mode), Some(crystal)) => {
-                if let Some(exponent) = crystal.fading(mode, self.wave, ray, distance) {
+                let second = in_lanes::<V>(mode);
+                if let Some(exponent) = crystal.optics().fading(second, self.wave, ray, distance) {
                     *self = self.scaled(exp2(exponent));
                 }
             }
@@ -181,7 +188,9 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
         match (carried.mode, here, beyond) {
             (Some(mode), Some(crystal), other) => {
                 let beam = (carried.wave, carried.intensity());
-                let sent = crystal::leave(crystal, mode, beam, event.normal, media.beyond, lanes);
+                let (optics, exact) = (crystal.optics(), |lane: usize| crystal.exact(lane));
+                let second = in_lanes::<V>(mode);
+                let sent = crystal::leave(optics, exact, second, beam, event.normal, media.beyond, lanes);
                 walk.push_modes(choice, packet, event, &sent.back, lanes, false);
                 if other.is_some() {
                     walk.push_modes(choice, packet, event, &sent.on, lanes, true);
@@ -190,8 +199,9 @@ impl<V: Lanes> Carrier<V> for Mixed<V> {
                 }
             }
             (None, _, Some(crystal)) => {
-                let sent =
-                    crystal::enter(crystal, carried.row, packet.direction, event.normal, media.here, lanes);
+                let (optics, exact) = (crystal.optics(), |lane: usize| crystal.exact(lane));
+                let ways = [packet.direction, event.normal];
+                let sent = crystal::enter(optics, exact, carried.row, ways, media.here, lanes);
                 walk.push_row(packet, event, &sent, lanes, false);
                 walk.push_modes(choice, packet, event, &sent.on, lanes, true);
             }
