@@ -154,6 +154,35 @@ impl Crystal {
         }
     }
 
+    /// The indices of the two waves whose wave vector has this unit direction: the ordinary and the extraordinary, or the smaller
+    /// and the larger.
+    ///
+    /// ```
+    /// use spectral_core::crystal::Crystal;
+    /// let topaz = Crystal::new([1.609, 1.611, 1.618], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    /// let [fast, slow] = topaz.indices_along([0.0, 1.0, 0.0]);
+    /// assert!((fast - 1.609).abs() < 1e-12 && (slow - 1.618).abs() < 1e-12);
+    /// ```
+    pub fn indices_along(&self, direction: [f64; 3]) -> [f64; 2] {
+        match &self.form {
+            Form::Uniaxial(uniaxial) => uniaxial.indices_along(direction),
+            Form::Biaxial(biaxial) => biaxial.indices_along(direction),
+        }
+    }
+
+    /// The wave that comes to a surface with a wave vector that is known in single precision; its part in the surface is exact.
+    /// `None` if there is no such wave.
+    pub fn incident(&self, vector: [f64; 3], at: &Incidence) -> Option<Wave> {
+        let (known, q) = (dot(vector, at.normal), at.q());
+        let near = match &self.form {
+            Form::Uniaxial(_) => None,
+            Form::Biaxial(biaxial) => biaxial.near(known, q, at.normal),
+        };
+        let far = |wave: &Wave| (dot(wave.wave_vector(), at.normal) - known).abs();
+        let waves = || self.waves(q, at.normal, 1.0).into_iter().filter(Wave::propagates);
+        near.or_else(|| waves().min_by(|one, two| far(one).total_cmp(&far(two))))
+    }
+
     /// The two waves that may be reflected where `incident`, a wave of this crystal, meets a surface.
     ///
     /// They are those of [`waves`](Self::waves) on the side that it comes from, but on an optic axis of a biaxial crystal,

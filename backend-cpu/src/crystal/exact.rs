@@ -64,24 +64,14 @@ impl Sent {
 fn in_order(crystal: &core::Crystal, waves: &[Wave; 2]) -> bool {
     let faster = |wave: &Wave| {
         let index = wave.index();
-        let along = wave.wave_vector().map(|x| x / index);
-        let [fast, slow] = crystal.waves([0.0; 3], along, 1.0).map(|wave| (wave.index() - index).abs());
-        fast <= slow
+        let [fast, slow] = crystal.indices_along(wave.wave_vector().map(|x| x / index));
+        (fast - index).abs() <= (slow - index).abs()
     };
     match (crystal.form(), waves.each_ref().map(Wave::propagates)) {
         (Form::Uniaxial(_), _) | (_, [false, false]) => true,
         (Form::Biaxial(_), [true, _]) => faster(&waves[0]),
         (Form::Biaxial(_), [false, true]) => !faster(&waves[1]),
     }
-}
-
-/// The wave, of both that come to a surface, that is the nearest to what single precision has left of its N.
-fn nearest(crystal: &core::Crystal, vector: [f64; 3], at: &Incidence) -> Option<Wave> {
-    let far = |wave: &Wave| -> f64 {
-        wave.wave_vector().iter().zip(vector).map(|(known, stored)| (known - stored).powi(2)).sum()
-    };
-    let waves = crystal.waves(at.q(), at.normal, 1.0).into_iter().filter(Wave::propagates);
-    waves.min_by(|one, two| far(one).total_cmp(&far(two)))
 }
 
 /// Vectors of single lanes.
@@ -112,7 +102,7 @@ pub(super) fn left<'a>(
         let (vector, weight) = (lane(vectors, i), f64::from(weights.0[i]));
         let (crystal, n) = (exact(i), normalized(lane(normals, i)));
         let at = Incidence::new(vector, n);
-        let Some(incident) = nearest(crystal, vector, &at) else { continue };
+        let Some(incident) = crystal.incident(vector, &at) else { continue };
         let back = crystal.reflections(&incident, &at);
         let reflected = |out: &Scattered| out.back.map(|a| weight * a.norm_sqr());
         match beyond(i) {

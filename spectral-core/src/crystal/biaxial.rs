@@ -2,7 +2,8 @@
 
 use super::polynomial::roots;
 use super::vector::{
-    Complex3, Real3, along, at, complex, cross_complex, norm_sqr, plus, plus_complex, real, root, square,
+    Complex3, Real3, along, at, complex, complex_root, cross_complex, norm_sqr, plus, plus_complex, real,
+    root, square,
 };
 use super::wave::Wave;
 use crate::color::matrix::{cross, dot};
@@ -189,7 +190,7 @@ impl Biaxial {
             let vector = cross_complex(&complex(axis), normal);
             let length = length(&vector, across[i]);
             // On the axis any vector across it serves.
-            if length.norm() > 1e-14 { vector.map(|x| x / length) } else { complex(any_axis(axis)) }
+            if length.norm_sqr() > 1e-28 { vector.map(|x| x / length) } else { complex(any_axis(axis)) }
         });
         // The two are perpendicular; the shorter one has lost digits, or vanished.
         let [same, other] =
@@ -216,7 +217,8 @@ impl Biaxial {
         let normal = incident.wave_vector();
         let beside = self.optic.map(|axis| cross(axis, normal)).map(|across| dot(across, across));
         let (known, off_axis) = (dot(normal, n), beside[0].min(beside[1]).sqrt());
-        let by_sheet = (off_axis > 1e-8).then(|| self.sheet_by_sheet(q, n, -1.0)).flatten();
+        let by_sheet = || self.by_slow(known, q, n).or_else(|| self.sheet_by_sheet(q, n, -1.0));
+        let by_sheet = (off_axis > 1e-8).then(by_sheet).flatten();
         let waves = by_sheet.unwrap_or_else(|| {
             if off_axis > 1e-3 {
                 return select(&self.by_roots(q, n, Vec::new(), &self.roots(q, n)), -1.0, n);
@@ -227,6 +229,50 @@ impl Biaxial {
         let beside = |wave: &Wave| wave.propagates() && (along(&wave.normal, n) - known).norm() < 1e-4;
         let part = |wave: Wave| wave.plus(-common(incident, &wave, n) / incident.flux, incident, n);
         waves.map(|wave| if beside(&wave) { part(wave) } else { wave })
+    }
+
+    /// The waves that may be reflected of one with N·n = `known`, where the one of the smaller index is evanescent: of Booker's
+    /// four roots two are then known, and the others are those of a quadratic.
+    fn by_slow(&self, known: f64, q: Real3, n: Real3) -> Option<[Wave; 2]> {
+        let least = self.permittivity.into_iter().fold(f64::INFINITY, f64::min);
+        // Else both propagate.
+        if dot(q, q) < least {
+            return None;
+        }
+        let (zeta, across) = self.newton(Sheet::Slow, q, n, Complex64::from(-known))?;
+        let slow = self.wave(Sheet::Slow, &at(q, n, zeta), n, &across);
+        let [_, _, square, cubic, leading] = self.booker(q, n);
+        let sum = -cubic / leading - known - zeta.re;
+        let product = square / leading - known * zeta.re - (known + zeta.re) * sum;
+        let height = product - 0.25 * sum * sum;
+        // Near grazing the difference has no digits left.
+        let settled = zeta.im == 0.0 && slow.flux < 0.0 && height > 1e-6;
+        let fast = settled.then(|| self.by_root(q, n, Complex64::new(0.5 * sum, -height.sqrt())))?;
+        (!fast.propagates() && along(&fast.normal, n).im < 0.0).then_some([fast, slow])
+    }
+
+    /// The wave of power along n with the tangential wave vector q and N·n near `known`.
+    pub(super) fn near(&self, known: f64, q: Real3, n: Real3) -> Option<Wave> {
+        let known = Complex64::from(known);
+        let off = |sheet| {
+            let [value, _] = self.surface(sheet, &at(q, n, known), n, &mut [Complex64::ONE; 2]);
+            (value.re - 1.0).abs()
+        };
+        let sheet = if off(Sheet::Fast) <= off(Sheet::Slow) { Sheet::Fast } else { Sheet::Slow };
+        let (zeta, across) = self.newton(sheet, q, n, known)?;
+        let wave = self.wave(sheet, &at(q, n, zeta), n, &across);
+        ((zeta - known).norm_sqr() < 1e-10 && wave.flux > 0.0).then_some(wave)
+    }
+
+    /// The smaller and the larger index of waves whose N has this unit direction.
+    pub(super) fn indices_along(&self, direction: Real3) -> [f64; 2] {
+        let [a, b] = self.sheet;
+        let [first, second] = self.optic.map(|axis| {
+            let across = cross(axis, direction);
+            (dot(axis, direction), dot(across, across).sqrt())
+        });
+        let index = |sign: f64| (a + b * (first.0 * second.0 + sign * first.1 * second.1)).sqrt().recip();
+        [index(1.0), index(-1.0)]
     }
 
     /// The roots of Booker's quartic. Near an optic axis along the surface two nearly coincide; one of them is found on
@@ -291,15 +337,16 @@ impl Biaxial {
             let sheets = [Sheet::Fast, Sheet::Slow].map(|sheet| {
                 let mut across = [Complex64::ONE; 2];
                 let [value, _] = self.surface(sheet, &at(q, n, zeta), n, &mut across);
-                ((value - 1.0).norm(), sheet, zeta, across)
+                ((value - 1.0).norm_sqr(), sheet, zeta, across)
             });
             let (_, sheet, zeta, across) = if sheets[0].0 <= sheets[1].0 { sheets[0] } else { sheets[1] };
-            let better = self.newton(sheet, q, n, zeta).filter(|(better, _)| (better - zeta).norm() < 1e-6);
+            let better =
+                self.newton(sheet, q, n, zeta).filter(|(better, _)| (better - zeta).norm_sqr() < 1e-12);
             (better.is_some(), sheet, better.unwrap_or((zeta, across)))
         };
-        let real = polished(Complex64::from(zeta.re));
-        let near_real = zeta.im.abs() <= if real.0 { 1e-7 } else { 1e-12 };
-        let (_, sheet, (zeta, across)) = if near_real { real } else { polished(zeta) };
+        let real = (zeta.im.abs() <= 1e-7).then(|| polished(Complex64::from(zeta.re)));
+        let real = real.filter(|(better, ..)| *better || zeta.im.abs() <= 1e-12);
+        let (_, sheet, (zeta, across)) = real.unwrap_or_else(|| polished(zeta));
         self.wave(sheet, &at(q, n, zeta), n, &across)
     }
 }
@@ -325,7 +372,7 @@ fn deflated(quartic: [f64; 5], root: f64) -> [f64; 4] {
 
 /// √(v·v), of its two values the nearer to `before`.
 fn length(v: &Complex3, before: Complex64) -> Complex64 {
-    let length = square(v).sqrt();
+    let length = complex_root(square(v));
     if (length * before.conj()).re < 0.0 { -length } else { length }
 }
 

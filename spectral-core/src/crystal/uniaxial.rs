@@ -57,6 +57,13 @@ impl Uniaxial {
         [Wave::by_field(normal_o, self.across(&normal_o), n, cos2_o > 0.0), extraordinary]
     }
 
+    /// 1/n_e(θ)² = cos²θ/ε_o + sin²θ/ε_e, θ from the axis.
+    pub(super) fn indices_along(&self, direction: Real3) -> [f64; 2] {
+        let (o, e) = (self.ordinary, self.ordinary + self.difference);
+        let (cos, across) = (dot(self.axis, direction), cross(self.axis, direction));
+        [o.sqrt(), (cos * cos / o + dot(across, across) / e).sqrt().recip()]
+    }
+
     /// ζ_e − ζ_o = Δ|c × N_o|²/(B + σ√disc), B = aζ_o + b: exact where both waves nearly coincide.
     fn apart(&self, normal_o: Real3, at_ordinary: f64, root: f64, a: f64, side: f64) -> f64 {
         let w = cross(self.axis, normal_o);

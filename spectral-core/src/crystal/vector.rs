@@ -53,6 +53,20 @@ pub(super) fn root(x: f64) -> Complex64 {
     if x < 0.0 { Complex64::new(0.0, (-x).sqrt()) } else { Complex64::from(x.sqrt()) }
 }
 
+/// The principal root: as [`Complex64::sqrt`], without angles.
+pub(super) fn complex_root(z: Complex64) -> Complex64 {
+    if z.im == 0.0 {
+        return root(z.re);
+    }
+    let larger = (0.5 * (z.norm_sqr().sqrt() + z.re.abs())).sqrt();
+    let smaller = 0.5 * z.im / larger;
+    if z.re < 0.0 {
+        Complex64::new(smaller.abs(), larger.copysign(z.im))
+    } else {
+        Complex64::new(larger, smaller)
+    }
+}
+
 /// a·a, without conjugation.
 pub(super) fn square(a: &Complex3) -> Complex64 {
     a.iter().map(|x| x * x).sum()
