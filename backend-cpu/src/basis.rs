@@ -4,13 +4,26 @@ use accel::lanes::{Lanes, Row, Triple};
 use spectral_core::upsample::BASES;
 
 /// Radiance of the bases, a wavelength a lane, light and scale included.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Basis([Row; BASES]);
 
 impl Basis {
     /// From the bases on each lane.
     pub fn new<'a>(lane: impl Fn(usize) -> &'a [f64; BASES]) -> Self {
         Basis(std::array::from_fn(|base| Row(std::array::from_fn(|place| lane(place)[base] as f32))))
+    }
+
+    /// Those of a lane.
+    pub fn of(&self, lane: usize) -> [f32; BASES] {
+        std::array::from_fn(|base| self.0[base].0[lane])
+    }
+
+    /// Replaces those of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, values: &[f32; BASES]) {
+        for (row, value) in self.0.iter_mut().zip(values) {
+            row.0[lane] = *value;
+        }
     }
 
     /// Radiances of non-negative colours by Smits's expansion: the least component is white, what the middle one has

@@ -82,6 +82,11 @@ impl Block {
         blocks
     }
 
+    /// A lane's place among the lines of its pixels.
+    pub fn place(&self, lane: usize) -> u32 {
+        self.place[lane]
+    }
+
     /// What each lane chooses one of two modes by at a surface event with this part of the choice (`lattice::power`).
     pub fn choices(&self, power: u32) -> Row {
         Row(self.orders.map(|order| chosen(order, power) as f32))

@@ -29,11 +29,11 @@ use std::ops::Range;
 #[derive(Debug, Clone)]
 pub(crate) struct Chain {
     planes: Planes,
-    material: usize,
-    max_depth: u32,
-    threshold: f32,
-    leftover: Leftover,
-    instructions: Instructions,
+    pub material: usize,
+    pub max_depth: u32,
+    pub threshold: f32,
+    pub leftover: Leftover,
+    pub instructions: Instructions,
 }
 
 /// A chain with its light and its spectral lines.
@@ -74,10 +74,7 @@ impl Chain {
             instructions,
         })
     }
-}
 
-#[cfg(any(test, feature = "measure"))]
-impl Chain {
     /// The stone's planes.
     pub fn planes(&self) -> &Planes {
         &self.planes

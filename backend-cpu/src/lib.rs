@@ -12,6 +12,7 @@
 
 mod account;
 mod basis;
+mod beam;
 mod block;
 mod chain;
 mod crystal;
@@ -25,6 +26,7 @@ mod planes;
 mod reference;
 mod schedule;
 mod stream;
+mod sums;
 mod surface;
 mod throughput;
 mod tracer;
@@ -39,7 +41,7 @@ pub const CPU: Backend = Backend {
     about: "this machine's processor, single precision",
     devices: || vec![device("cpu", "SBVH, or facet planes for one convex stone")],
     unusable: Vec::new,
-    areas: false,
+    areas: true,
     open: tracer::open,
 };
 

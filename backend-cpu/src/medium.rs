@@ -64,6 +64,17 @@ impl Medium {
         &self.index[0]
     }
 
+    /// Of a lane n, n² and 1 − n², and the absorption coefficient to base 2.
+    pub fn outward(&self, lane: usize) -> [f32; 4] {
+        let [n, n2, one_less_n2] = &self.index;
+        [n, n2, one_less_n2, &self.absorption].map(|row| row.0[lane])
+    }
+
+    /// Of a lane what [`entered`](Self::entered) needs.
+    pub fn inward(&self, lane: usize) -> [f32; 5] {
+        self.inverse.map(|row| row.0[lane])
+    }
+
     /// n and k of a lane.
     pub fn complex(&self, lane: usize) -> [f64; 2] {
         [&self.index[0], &self.k].map(|row| f64::from(row.0[lane]))

@@ -18,8 +18,8 @@ use search::{Block, Candidate};
 use spectral_core::prepare::{FacetPlane, Geometry, Outline, PreparedStone, Side};
 use std::ops::Range;
 
-pub(crate) use batch::BATCH;
 pub use batch::Beam;
+pub(crate) use batch::{BATCH, Travellers};
 
 /// The number of sides that are tested at a time. Most facets have one such group, so the end of the loop is predictable.
 const UNROLLED: usize = 8;
@@ -44,6 +44,8 @@ pub(crate) struct Planes {
     candidates: Vec<Candidate>,
     /// How many of these cover most of the surface.
     large: usize,
+    /// By how much the sides are moved inwards, mm.
+    margin: f32,
 }
 
 /// The exits of rays from the stone.
@@ -68,7 +70,7 @@ impl<V: Lanes> Exit<V> {
 
     /// Copies the lanes whose bit is set; returns them.
     #[inline(always)]
-    fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
+    pub fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
         let mask = V::Mask::from_bits(lanes);
         *self = Exit {
             point: Triple::select(mask, other.point, self.point),
@@ -98,7 +100,8 @@ impl Planes {
         let bounded: Vec<Facet> = facets.iter().zip(&outlines).map(facet).collect();
         let (candidates, large) = search::candidates(geometry, stone);
         let sides = sides.as_chunks().0.to_vec();
-        Planes { blocks: search::blocks(facets), facets: bounded, sides, candidates, large }
+        let margin = geometry.rounding().margin;
+        Planes { blocks: search::blocks(facets), facets: bounded, sides, candidates, large, margin }
     }
 
     /// How many there are.
@@ -109,6 +112,18 @@ impl Planes {
     /// The unit outward normal of a facet.
     pub fn normal(&self, facet: usize) -> [f32; 3] {
         self.facets[facet].normal
+    }
+
+    /// The plane of a facet, n · x = d, and those around it, in groups; some of these hold every point.
+    #[inline(always)]
+    pub fn facet(&self, facet: usize) -> ([f32; 3], f32, &[[Side; UNROLLED]]) {
+        let Facet { normal, offset, around } = &self.facets[facet];
+        (*normal, *offset, &self.sides[around.clone()])
+    }
+
+    /// By how much the sides are moved inwards, mm.
+    pub fn margin(&self) -> f32 {
+        self.margin
     }
 
     /// Whether a point in a facet's plane is well inside its polygon.
@@ -162,7 +177,7 @@ impl Planes {
 
     /// The intersections of rays with the plane of a facet, and as bits which of them are well inside its polygon.
     #[inline(always)]
-    fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
+    pub fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
         let Facet { normal, offset, around } = &self.facets[facet];
         let normal = Triple::splat(*normal);
         // The exit is computed without fused operations, like in the shaders: backends with equal rounding pass the edges of

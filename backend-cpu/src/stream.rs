@@ -11,7 +11,6 @@
 mod event;
 mod lines;
 mod rays;
-mod sums;
 
 use crate::{
     account::Account,
@@ -20,6 +19,7 @@ use crate::{
     environment::Light,
     planes::Planes,
     schedule::{Finished, Stop, TileTracer},
+    sums::{self, Sums},
 };
 use accel::lanes::Lanes;
 use accel::{Instructions, Task};
@@ -32,7 +32,6 @@ use spectral_core::{
     settings::{Leftover, RenderSettings},
 };
 use std::ops::Range;
-use sums::Sums;
 
 /// The scene reduced to one convex crystal.
 #[derive(Debug)]

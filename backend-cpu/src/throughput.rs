@@ -23,6 +23,15 @@ pub(crate) trait Throughput<V: Lanes>: Copy {
     fn reflected(self, direction: Triple<V>, normal: Triple<V>, incidence: &Incidence<V>) -> (Self, V);
 }
 
+/// What a row and the first axis of its frame take in memory.
+pub(crate) type Rows = [Row; 7];
+
+/// A throughput that may lie in memory.
+pub(crate) trait Stored<V: Lanes>: Throughput<V> {
+    fn load(rows: &Rows) -> Self;
+    fn stored(&self) -> Rows;
+}
+
 /// Unpolarised at every event: the mean of s and p.
 #[derive(Clone, Copy)]
 pub(crate) struct Mean<V>(V);
@@ -63,6 +72,20 @@ impl<V: Lanes> Throughput<V> for Mean<V> {
     #[inline(always)]
     fn mirrored(self, _direction: Triple<V>, _normal: Triple<V>, reflection: &Reflection<V>) -> Self {
         Mean(self.0 * reflection.mean)
+    }
+}
+
+impl<V: Lanes> Stored<V> for Mean<V> {
+    #[inline(always)]
+    fn load(rows: &Rows) -> Self {
+        Mean(V::load(&rows[0]))
+    }
+
+    #[inline(always)]
+    fn stored(&self) -> Rows {
+        let mut rows = Rows::default();
+        rows[0] = self.0.stored();
+        rows
     }
 }
 
@@ -154,6 +177,20 @@ impl<V: Lanes> Throughput<V> for Polarized<V> {
     #[inline(always)]
     fn mirrored(self, direction: Triple<V>, normal: Triple<V>, reflection: &Reflection<V>) -> Self {
         self.aligned(direction, normal).through(reflection)
+    }
+}
+
+impl<V: Lanes> Stored<V> for Polarized<V> {
+    #[inline(always)]
+    fn load([i, q, u, v, x, y, z]: &Rows) -> Self {
+        let axis = Triple { x: V::load(x), y: V::load(y), z: V::load(z) };
+        Polarized { row: [V::load(i), V::load(q), V::load(u), V::load(v)], axis }
+    }
+
+    #[inline(always)]
+    fn stored(&self) -> Rows {
+        let ([i, q, u, v], [x, y, z]) = (self.row, self.axis.stored());
+        [i.stored(), q.stored(), u.stored(), v.stored(), x, y, z]
     }
 }
 

@@ -1,10 +1,12 @@
 //! The CPU backend: single precision, facet planes for convex stones, the SBVH for whatever else there is.
 
 use crate::{
+    beam::BeamTracer,
     chain::{Chain, ChainTracer},
     environment::Light,
     schedule,
     stream::{Stream, StreamTracer},
+    sums,
     surface::Surfaces,
     tree::{Tree, TreeTracer},
 };
@@ -14,7 +16,7 @@ use spectral_core::{
     Error,
     film::Film,
     prepare::{Geometry, PreparedScene},
-    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer, check_points},
+    tracer::{Device, DeviceInfo, OpenOptions, Progress, TraceFailure, TraceReport, Tracer},
 };
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
@@ -48,7 +50,6 @@ fn open_in(
     // The hierarchy over the last geometry that needed one.
     let mut last: Option<(Arc<Geometry>, Arc<Surfaces>)> = None;
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
-        check_points(&scene)?;
         let start = Instant::now();
         let light = Light::new(&scene.environment);
         let stream = Stream::new(&scene, &light, instructions);
@@ -68,9 +69,11 @@ fn open_in(
                 Path::Tree(Tree::new(&scene, surfaces, instructions))
             }
         };
+        let unit = scene.silhouette.as_ref().map_or(1.0, |_| sums::unit(&scene, &light));
         let (device, workers) = (device.clone(), workers.clone());
         let build = Some(start.elapsed());
-        Ok(Box::new(CpuTracer { device, path, light, scene, options, workers, build }) as Box<dyn Tracer>)
+        Ok(Box::new(CpuTracer { device, path, light, unit, scene, options, workers, build })
+            as Box<dyn Tracer>)
     }))
 }
 
@@ -85,6 +88,8 @@ struct CpuTracer {
     device: DeviceInfo,
     path: Path,
     light: Light,
+    /// Of a scene of areas, the parts of a unit of radiance that are summed.
+    unit: f64,
     scene: Arc<PreparedScene>,
     options: OpenOptions,
     workers: Option<Arc<ThreadPool>>,
@@ -107,8 +112,13 @@ impl Tracer for CpuTracer {
             (&*self.scene, &self.light, &self.options, self.workers.as_deref());
         let outcome = match &self.path {
             Path::Chain(chain) => {
-                let tracer = ChainTracer { chain, scene, light };
-                schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                if let Some(silhouette) = &scene.silhouette {
+                    let tracer = BeamTracer { silhouette, unit: self.unit, chain, scene, light };
+                    schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                } else {
+                    let tracer = ChainTracer { chain, scene, light };
+                    schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                }
             }
             Path::Stream(stream) => {
                 let tracer = StreamTracer { stream, scene, light };

@@ -22,9 +22,47 @@ pub struct Beam {
 
 impl Beam {
     #[inline(always)]
-    fn ray(&self, lane: usize) -> [[f32; 3]; 2] {
+    fn coordinates(&self, lane: usize) -> [[f32; 3]; 2] {
         let lane = lane % WIDTH;
         [&self.origin, &self.direction].map(|rows| [rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]])
+    }
+}
+
+/// What travels inside a stone, sixteen rays at a time.
+pub(crate) trait Travellers<V: Lanes> {
+    /// What is known of the places where they meet the surface.
+    type Met;
+    /// The active rays, as bits.
+    fn alive(&self) -> u16;
+    /// Origin and direction of one.
+    fn ray(&self, lane: usize) -> [[f32; 3]; 2];
+    /// Where they meet the plane of a facet, and as bits which of them do so well inside its polygon.
+    fn verify(&self, planes: &Planes, facet: u16) -> (Self::Met, u16);
+    /// Copies the lanes whose bit is set; returns them.
+    fn accept(met: &mut Self::Met, other: &Self::Met, lanes: u16) -> u16;
+}
+
+impl<V: Lanes> Travellers<V> for Beam {
+    type Met = Exit<V>;
+
+    #[inline(always)]
+    fn alive(&self) -> u16 {
+        self.alive
+    }
+
+    #[inline(always)]
+    fn ray(&self, lane: usize) -> [[f32; 3]; 2] {
+        self.coordinates(lane)
+    }
+
+    #[inline(always)]
+    fn verify(&self, planes: &Planes, facet: u16) -> (Exit<V>, u16) {
+        planes.verify(Triple::load(&self.origin), Triple::load(&self.direction), usize::from(facet))
+    }
+
+    #[inline(always)]
+    fn accept(met: &mut Exit<V>, other: &Exit<V>, lanes: u16) -> u16 {
+        met.accept(other, lanes)
     }
 }
 
@@ -60,7 +98,7 @@ impl Leads {
 
     /// Takes a lead from each listed packet.
     #[inline(always)]
-    fn choose(&mut self, beams: &[Beam], open: &[u16; BATCH]) {
+    fn choose<V: Lanes, R: Travellers<V>>(&mut self, beams: &[R], open: &[u16; BATCH]) {
         for i in 0..self.count {
             let packet = usize::from(self.packet[i]) % BATCH;
             let lane = Self::middle(open[packet]);
@@ -78,7 +116,7 @@ impl Leads {
 impl Planes {
     /// The exits of rays inside the stone: [`exit`](Self::exit) for at most [`BATCH`] packets.
     #[inline(always)]
-    pub fn exits<V: Lanes>(&self, beams: &[Beam], exits: &mut [Exit<V>]) {
+    pub fn exits<V: Lanes, R: Travellers<V>>(&self, beams: &[R], exits: &mut [R::Met]) {
         let (beams, exits) = (&beams[..beams.len().min(BATCH)], &mut exits[..beams.len()]);
         let mut open = [0; BATCH];
         let mut leads = Leads {
@@ -89,11 +127,11 @@ impl Planes {
             count: beams.len(),
         };
         for (open, beam) in open.iter_mut().zip(beams) {
-            *open = beam.alive;
+            *open = beam.alive();
         }
         let mut round = Round::First;
         while leads.count > 0 {
-            leads.choose(beams, &open);
+            leads.choose::<V, R>(beams, &open);
             self.guess::<V>(&mut leads, round);
             if round == Round::First {
                 self.begin(beams, exits, &mut open, &mut leads);
@@ -107,16 +145,16 @@ impl Planes {
 
     /// Verifies the first guesses, of which there is one for each packet.
     #[inline(always)]
-    fn begin<V: Lanes>(
+    fn begin<V: Lanes, R: Travellers<V>>(
         &self,
-        beams: &[Beam],
-        exits: &mut [Exit<V>],
+        beams: &[R],
+        exits: &mut [R::Met],
         open: &mut [u16; BATCH],
         leads: &mut Leads,
     ) {
         leads.count = 0;
         for (k, (beam, exit)) in beams.iter().zip(exits).enumerate() {
-            let (met, inside) = self.verify_beam(beam, leads.facet[k]);
+            let (met, inside) = beam.verify(self, leads.facet[k]);
             *exit = met;
             open[k] &= !inside;
             leads.packet[leads.count] = k as u8;
@@ -126,10 +164,10 @@ impl Planes {
 
     /// Verifies the guesses, and keeps the packets with remaining rays.
     #[inline(always)]
-    fn settle<V: Lanes>(
+    fn settle<V: Lanes, R: Travellers<V>>(
         &self,
-        beams: &[Beam],
-        exits: &mut [Exit<V>],
+        beams: &[R],
+        exits: &mut [R::Met],
         open: &mut [u16; BATCH],
         leads: &mut Leads,
         round: Round,
@@ -139,9 +177,9 @@ impl Planes {
             let k = usize::from(leads.packet[i]) % BATCH;
             let (mut facet, mut found) = (leads.facet[i], 0);
             loop {
-                let (met, inside) = self.verify_beam(&beams[k], facet);
+                let (met, inside) = beams[k].verify(self, facet);
                 // The result of a search needs no verification.
-                open[k] &= !exits[k].accept(&met, open[k] & (inside | found));
+                open[k] &= !R::accept(&mut exits[k], &met, open[k] & (inside | found));
                 if round != Round::Later || open[k] & leads.lane[i] == 0 {
                     break;
                 }
@@ -154,11 +192,6 @@ impl Planes {
             kept += usize::from(open[k] != 0);
         }
         leads.count = kept;
-    }
-
-    #[inline(always)]
-    fn verify_beam<V: Lanes>(&self, beam: &Beam, facet: u16) -> (Exit<V>, u16) {
-        self.verify(Triple::load(&beam.origin), Triple::load(&beam.direction), usize::from(facet))
     }
 
     /// Guesses a facet for every lead.

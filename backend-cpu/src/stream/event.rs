@@ -4,7 +4,6 @@ use super::{
     Arrival, Stream,
     lines::Lines,
     rays::{LINE, PLACE, Packet, Ray, Rays, beam},
-    sums::Sums,
 };
 use crate::{
     account::{Account, Fate},
@@ -12,6 +11,7 @@ use crate::{
     crystal::{self, Beam as Mode},
     environment::{Light, Lookup},
     planes::{Beam, Exit},
+    sums::Sums,
     throughput::{Polarized, Throughput},
 };
 use accel::lanes::{Lanes, Mask, Row, Triple, WIDTH, Work, exp2, put};

@@ -1,0 +1,116 @@
+//! One beam by itself: how it is cut where facets meet, and what waits to be followed.
+
+use crate::planes::Planes;
+use glam::Vec3;
+use spectral_core::beam::{LEAST_AREA, LEAST_DISTANCE, Polygon};
+
+/// A beam that waits for a lane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Part {
+    pub pencil: Pencil,
+    /// The row, times the share of the pixel, and the first axis of its frame.
+    pub throughput: [f32; 7],
+    pub depth: f32,
+    pub line: u16,
+    pub place: u32,
+    pub polygon: Polygon,
+}
+
+/// The rays of a beam, linear in u and v: the twin of `spectral_core::beam::Pencil`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pencil {
+    pub origin: Vec3,
+    pub direction: Vec3,
+    pub origin_by: [Vec3; 2],
+    pub direction_by: [Vec3; 2],
+}
+
+/// Where a pencil meets a plane.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Met {
+    pub point: Vec3,
+    pub by: [Vec3; 2],
+    pub cosine: f32,
+    pub distance: f32,
+}
+
+impl Pencil {
+    /// The pencil about the ray at (u, v).
+    pub fn about(&self, [u, v]: [f64; 2]) -> Self {
+        let (u, v) = (u as f32, v as f32);
+        let origin = self.origin + self.origin_by[0] * u + self.origin_by[1] * v;
+        let direction = self.direction + self.direction_by[0] * u + self.direction_by[1] * v;
+        let scale = direction.length_recip();
+        let direction = direction * scale;
+        let turned = |by: Vec3| (by - direction * direction.dot(by)) * scale;
+        Pencil { origin, direction, direction_by: self.direction_by.map(turned), ..*self }
+    }
+
+    /// Where it meets a plane n · x = d.
+    pub fn met(&self, normal: Vec3, offset: f32) -> Met {
+        let cosine = normal.dot(self.direction).max(f32::MIN_POSITIVE);
+        let distance = (offset - normal.dot(self.origin)).max(0.0) / cosine;
+        let by = [0, 1].map(|axis| {
+            let across = self.origin_by[axis] + self.direction_by[axis] * distance;
+            across - self.direction * (normal.dot(across) / cosine)
+        });
+        Met { point: self.origin + self.direction * distance, by, cosine, distance }
+    }
+}
+
+impl Part {
+    /// Cuts off what meets the plane of a facet beyond one of its sides, and lets it wait; `met` is where the pencil meets
+    /// the plane. False if there is none; else what is left is about its own centroid.
+    pub fn cut(&mut self, planes: &Planes, facet: usize, met: &Met, waiting: &mut Vec<Part>) -> bool {
+        let whole = waiting.len();
+        let (.., sides) = planes.facet(facet);
+        for side in sides.as_flattened() {
+            let normal = Vec3::from(side.normal);
+            let at = f64::from(normal.dot(met.point) - (side.offset + planes.margin()));
+            let by = met.by.map(|by| f64::from(normal.dot(by)));
+            self.cut_along(at, by, waiting);
+        }
+        let cut = waiting.len() > whole;
+        if cut {
+            self.recentre();
+        }
+        cut
+    }
+
+    /// Cuts along the line where `at` + u·by₀ + v·by₁ is 0.
+    fn cut_along(&mut self, at: f64, by: [f64; 2], waiting: &mut Vec<Part>) {
+        let value = |[u, v]: [f64; 2]| at + u * by[0] + v * by[1];
+        let least = LEAST_DISTANCE * (by[0].abs() + by[1].abs());
+        if self.polygon.vertices().iter().all(|&vertex| value(vertex) <= least) {
+            return;
+        }
+        let [inside, outside] = self.polygon.cut(value);
+        let areas = [inside.area(), outside.area()];
+        // Less is rounding at an edge.
+        if areas.iter().any(|area| *area < LEAST_AREA) {
+            return;
+        }
+        let share = (areas[1] / (areas[0] + areas[1])) as f32;
+        waiting.push(Part { polygon: outside, throughput: self.share(share), ..*self });
+        if let Some(part) = waiting.last_mut() {
+            part.recentre();
+        }
+        (self.polygon, self.throughput) = (inside, self.share(1.0 - share));
+    }
+
+    /// A share of the throughput.
+    fn share(&self, share: f32) -> [f32; 7] {
+        let [i, q, u, v, x, y, z] = self.throughput;
+        [i * share, q * share, u * share, v * share, x, y, z]
+    }
+
+    /// The same beam about the centroid of its polygon.
+    fn recentre(&mut self) {
+        let centroid = self.polygon.centroid();
+        self.pencil = self.pencil.about(centroid);
+        self.polygon = self.polygon.moved(centroid.map(|c| -c));
+        let (along, axis) = (self.pencil.direction, Vec3::from_slice(&self.throughput[4..]));
+        let axis = (axis - along * along.dot(axis)).normalize_or_zero();
+        self.throughput[4..].copy_from_slice(&axis.to_array());
+    }
+}
