@@ -72,7 +72,7 @@ impl Part {
         }
         let cut = waiting.len() > whole;
         if cut {
-            self.recentre();
+            self.recentre(self.polygon.centroid());
         }
         cut
     }
@@ -84,17 +84,18 @@ impl Part {
         if self.polygon.vertices().iter().all(|&vertex| value(vertex) <= least) {
             return;
         }
-        let [inside, outside] = self.polygon.cut(value);
-        let areas = [inside.area(), outside.area()];
+        let (mut inside, mut outside) = (self.polygon, Polygon::EMPTY);
+        inside.cut_off(value, &mut outside);
+        let [(within, _), (beyond, centroid)] = [inside.moments(), outside.moments()];
         // Less is rounding at an edge.
-        if areas.iter().any(|area| *area < LEAST_AREA) {
+        if within < LEAST_AREA || beyond < LEAST_AREA {
             return;
         }
-        let share = (areas[1] / (areas[0] + areas[1])) as f32;
-        waiting.push(Part { polygon: outside, throughput: self.share(share), ..*self });
-        if let Some(part) = waiting.last_mut() {
-            part.recentre();
-        }
+        let share = (beyond / (within + beyond)) as f32;
+        let throughput = self.share(share);
+        let mut part = Part { polygon: outside, throughput, ..*self };
+        part.recentre(centroid);
+        waiting.push(part);
         (self.polygon, self.throughput) = (inside, self.share(1.0 - share));
     }
 
@@ -105,10 +106,9 @@ impl Part {
     }
 
     /// The same beam about the centroid of its polygon.
-    fn recentre(&mut self) {
-        let centroid = self.polygon.centroid();
+    fn recentre(&mut self, centroid: [f64; 2]) {
         self.pencil = self.pencil.about(centroid);
-        self.polygon = self.polygon.moved(centroid.map(|c| -c));
+        self.polygon.shift([-centroid[0], -centroid[1]]);
         let (along, axis) = (self.pencil.direction, Vec3::from_slice(&self.throughput[4..]));
         let axis = (axis - along * along.dot(axis)).normalize_or_zero();
         self.throughput[4..].copy_from_slice(&axis.to_array());

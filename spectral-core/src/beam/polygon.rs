@@ -29,52 +29,80 @@ impl Polygon {
     }
 
     /// The vertices, in order.
+    #[inline]
     pub fn vertices(&self) -> &[[f64; 2]] {
         &self.vertices[..self.count]
     }
 
     /// The area, square pixels; 0 for fewer than three vertices.
     pub fn area(&self) -> f64 {
-        self.triangles().map(|(_, doubled)| doubled).sum::<f64>().abs() / 2.0
+        self.moments().0
     }
 
     /// The centre of the area; of a polygon without area, a vertex of it.
     pub fn centroid(&self) -> [f64; 2] {
-        let first = self.vertices[0];
+        self.moments().1
+    }
+
+    /// Area and centroid.
+    #[inline]
+    pub fn moments(&self) -> (f64, [f64; 2]) {
+        let [first, ..] = self.vertices;
         let (mut sum, mut weight) = ([0.0; 2], 0.0);
         for ([a, b], doubled) in self.triangles() {
-            // The centre of a triangle with one corner at the first vertex.
-            sum = [0, 1].map(|k| sum[k] + doubled * (a[k] + b[k]) / 3.0);
+            // Three times the centre of a triangle with one corner at the first vertex.
+            sum = [sum[0] + doubled * (a[0] + b[0]), sum[1] + doubled * (a[1] + b[1])];
             weight += doubled;
         }
-        if weight == 0.0 { first } else { [0, 1].map(|k| first[k] + sum[k] / weight) }
+        let scale = if weight == 0.0 { 0.0 } else { 1.0 / (3.0 * weight) };
+        (weight.abs() / 2.0, [first[0] + sum[0] * scale, first[1] + sum[1] * scale])
     }
 
     /// The parts where a value is at most 0, and where it is more. The value must be linear in the place.
     pub fn cut(&self, value: impl Fn([f64; 2]) -> f64) -> [Polygon; 2] {
-        let mut parts = [Polygon::EMPTY; 2];
-        let Some(&last) = self.vertices().last() else { return parts };
+        let mut parts = [*self, Polygon::EMPTY];
+        let [inside, outside] = &mut parts;
+        inside.cut_off(value, outside);
+        parts
+    }
+
+    /// Leaves of the polygon the part where a value is at most 0, and puts the rest in the place of `outside`.
+    #[inline]
+    pub fn cut_off(&mut self, value: impl Fn([f64; 2]) -> f64, outside: &mut Polygon) {
+        let whole = *self;
+        (self.count, outside.count) = (0, 0);
+        let Some(&last) = whole.vertices().last() else { return };
         let mut before = (last, value(last));
-        for &vertex in self.vertices() {
+        for &vertex in whole.vertices() {
             let here = (vertex, value(vertex));
             if (before.1 <= 0.0) != (here.1 <= 0.0) {
                 let crossing = crossing(before, here);
-                parts.iter_mut().for_each(|part| part.push(crossing));
+                self.push(crossing);
+                outside.push(crossing);
             }
-            parts[usize::from(here.1 > 0.0)].push(vertex);
+            if here.1 > 0.0 {
+                outside.push(vertex)
+            } else {
+                self.push(vertex)
+            }
             before = here;
         }
-        parts
     }
 
     /// The same polygon elsewhere.
     #[must_use]
     pub fn moved(&self, by: [f64; 2]) -> Self {
         let mut moved = *self;
-        for vertex in &mut moved.vertices[..self.count] {
+        moved.shift(by);
+        moved
+    }
+
+    /// Moves the polygon.
+    #[inline]
+    pub fn shift(&mut self, by: [f64; 2]) {
+        for vertex in &mut self.vertices[..self.count] {
             *vertex = [vertex[0] + by[0], vertex[1] + by[1]];
         }
-        moved
     }
 
     /// Twice the signed areas of the triangles that the first vertex spans with each edge, and the edge as seen from it:
@@ -88,12 +116,19 @@ impl Polygon {
         })
     }
 
+    #[inline]
     fn push(&mut self, vertex: [f64; 2]) {
         if self.count < Self::MOST {
             self.vertices[self.count] = vertex;
             self.count += 1;
-            return;
+        } else {
+            self.push_beyond(vertex);
         }
+    }
+
+    /// Puts a vertex more than there is room for.
+    #[cold]
+    fn push_beyond(&mut self, vertex: [f64; 2]) {
         // The new one closes the polygon, or rounding has bent it.
         let all = |k: usize| if k < Self::MOST { self.vertices[k] } else { vertex };
         let doubled = |k: usize| {
@@ -119,10 +154,11 @@ impl FromIterator<[f64; 2]> for Polygon {
 
 /// Where the value between two vertices is 0. The same from both sides, so that two parts have this point in common, and so
 /// that it does not matter in which order a polygon has its vertices.
+#[inline]
 fn crossing(a: ([f64; 2], f64), b: ([f64; 2], f64)) -> [f64; 2] {
     let ((p, from), (q, to)) = if a.1 <= 0.0 { (a, b) } else { (b, a) };
     let share = from / (from - to);
-    [0, 1].map(|k| p[k] + share * (q[k] - p[k]))
+    [p[0] + share * (q[0] - p[0]), p[1] + share * (q[1] - p[1])]
 }
 
 #[cfg(test)]
