@@ -73,7 +73,8 @@ function changed() {
 
 export function start() {
   strip = choice($('#bench-lights'), 'bench-light', value => set('light', value));
-  listen('hello', () => { key = ''; lights(); });
+  listen('connected', () => { key = ''; });
+  listen('hello', lights);
   listen('state', changed);
   listen('side', changed);
   listen('docked', changed);

@@ -47,9 +47,9 @@ function tags() {
     tag.setAttribute('aria-pressed', String(app.side === name));
     if (!s) continue;
     const material = entry('materials', s.material), n = s.n ?? material?.index;
-    tag.replaceChildren(el('b', {}, name), el('span', {}, material?.label ?? s.material),
+    tag.replaceChildren(el('b', {}, name), el('span', {}, material?.label ?? s.material_name ?? s.material),
       el('small', {}, n ? `n ${number(n, 3)}` : ''));
-    tag.title = s.name;
+    tag.dataset.tip = `Settings change ${name}: ${s.name}`;
   }
 }
 

@@ -61,4 +61,4 @@ export function framed(f) {
   };
 }
 
-export const phone = matchMedia('(max-width: 640px)');
+export const phone = matchMedia('(max-width: 40em)');

@@ -84,6 +84,14 @@ export function choice(fieldset, name, change) {
   return { fill, show, following };
 }
 
+/** Files by their names alone, where no other has the same. */
+function short(entries) {
+  const name = ({ label }) => label.split('/').pop();
+  const count = new Map();
+  for (const e of entries) count.set(name(e), (count.get(name(e)) ?? 0) + 1);
+  return entries.map(e => (count.get(name(e)) === 1 ? { ...e, label: name(e) } : e));
+}
+
 /** A native list with groups. A value that is not in it gets an entry of its own. */
 export function selection(select, change) {
   let key = '';
@@ -93,17 +101,17 @@ export function selection(select, change) {
     if (now === key) return;
     key = now;
     const groups = new Map();
-    for (const entry of entries) {
+    for (const entry of short(entries)) {
       const group = groups.get(entry.group) ?? groups.set(entry.group, []).get(entry.group);
       group.push(el('option', { value: entry.id }, entry.label));
     }
     select.replaceChildren(...[...groups].flatMap(([label, options]) =>
       label ? [el('optgroup', { label }, ...options)] : options));
   };
-  const show = (value, label = value) => {
-    let option = [...select.options].find(o => o.value === value);
-    if (!option && value != null) select.prepend(option = el('option', { value }, label));
-    if (option) select.value = value;
+  const show = value => {
+    let option = [...select.options].find(o => o.value === (value ?? ''));
+    if (!option) select.prepend(option = el('option', { value: value ?? '', disabled: true }, value ?? 'As in the scene'));
+    option.selected = true;
   };
   return { fill, show, select };
 }
@@ -113,7 +121,7 @@ export function refused(row, reason) {
   $('.why', row)?.remove();
   if (!reason) return;
   const id = `f${count++}`;
-  row.append(el('p', { class: 'why', id }, reason));
+  row.append(el('p', { class: 'why', id }, reason.charAt(0).toUpperCase() + reason.slice(1)));
   const field = $('input,select', row);
   field?.setAttribute('aria-describedby', id);
   field?.setAttribute('aria-invalid', 'true');

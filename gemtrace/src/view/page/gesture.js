@@ -12,10 +12,12 @@ const pointers = new Map();
 let press = null;                // where the first pointer went down, and what it has done
 let pinch = null;
 let rest = 0;                    // the timer that ends a gesture of keys or wheel
+let since = 0;                   // when the event came that is being answered, for the page's own timings
 
 function post(type, values, done) {
   const id = next();
-  performance.mark(`gemtrace:${id}`);
+  performance.mark(`gemtrace:${id}`, { startTime: since || performance.now() });
+  since = 0;
   newest(type, { type, id, ...values, done });
   app.gesture = done ? null : { pose: 'Turning', lights: 'Lights', distance: 'Distance' }[type];
   tell('pose', type);
@@ -100,6 +102,7 @@ function move(e) {
   press.moved ||= Math.hypot(x - press.from[0], y - press.from[1]) >= CLICK;
   if (!press.moved) return;
   clearTimeout(press.hold);
+  since = e.timeStamp;
   drag(e, view);
 }
 

@@ -34,8 +34,8 @@ function clicked({ view, x, y }) {
   const [dx, dy] = [x - box.width / 2, y - box.height / 2];
   tell('dock', 'inspect');
   requestAnimationFrame(() => requestAnimationFrame(() => {
-    const now = view.getBoundingClientRect();
-    ask(view.dataset.side, ...pixel(now.width / 2 + dx, now.height / 2 + dy));
+    const now = view.getBoundingClientRect(), name = view.dataset.side;
+    ask(name, ...pixel(name, now.width / 2 + dx, now.height / 2 + dy));
   }));
 }
 
@@ -82,11 +82,8 @@ function show(message) {
   $('#length').textContent = events.length
     ? `${number(message.path.length, 1)} mm inside, ${events.length} events` : 'it meets no stone';
   $('#events').replaceChildren(...events.map(row));
-  const scale = pictures[asked.side].canvas, box = scale.getBoundingClientRect();
-  const view = scale.parentNode.getBoundingClientRect(), k = box.width / (pictures[asked.side].header?.width ?? scale.width);
   Object.assign(marks, {
-    side: asked.side, outline: message.outline ?? null, path: message.path,
-    pixel: [box.x - view.x + (message.x + 0.5) * k, box.y - view.y + (message.y + 0.5) * k],
+    side: asked.side, outline: message.outline ?? null, path: message.path, pixel: [message.x, message.y],
   });
   redraw();
 }
@@ -138,8 +135,8 @@ const hover = framed(at => {
     if (marks.hover) { marks.hover = null; redraw(); }
     return;
   }
-  const [x, y] = pixel(at.x, at.y);
-  send({ type: 'hover', id: next(), side: at.view.dataset.side, x, y });
+  const name = at.view.dataset.side, [x, y] = pixel(name, at.x, at.y);
+  send({ type: 'hover', id: next(), side: name, x, y });
 });
 
 function facet({ x, y, facet, outline, side: name }) {

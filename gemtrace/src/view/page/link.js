@@ -72,6 +72,7 @@ function open() {
   own.onopen = () => {
     const [width, height] = measure();
     own.send(JSON.stringify({ type: 'hello', protocol: 1, width, height, embed: app.embed }));
+    tell('connected');
     schedule();
   };
   own.onmessage = e => own === socket && receive(e);

@@ -20,7 +20,7 @@ function describe(material) {
 
 /** A material that the scene defines itself is not in the catalogue. */
 const current = () => entry('materials', side()?.material)
-  ?? { id: side()?.material, label: side()?.material ?? '–' };
+  ?? { id: side()?.material, label: side()?.material_name ?? side()?.material ?? '–', index: side()?.n };
 
 function swatch(material) {
   const input = el('input', {

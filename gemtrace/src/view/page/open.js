@@ -1,6 +1,7 @@
 // Files: chosen, or dropped onto the page, and sent to the server.
 
 import { address, app, listen, tell } from './app.js';
+import { dismiss, notify } from './toast.js';
 import { $ } from './dom.js';
 
 const picker = $('#picker'), drop = $('#drop'), zones = [$('#zone-open'), $('#zone-b')];
@@ -16,16 +17,18 @@ export async function upload(file, side = 'open') {
   if (file.size > limit) {
     return failed(file.name, `It has ${Math.ceil(file.size / 2 ** 20)} MB; files have at most ${limit >> 20} MB.`);
   }
-  $('#stage').setAttribute('aria-busy', 'true');
+  const slow = setTimeout(() => notify({ title: `${file.name} is being sent …` }), 300);
   try {
     const answer = await fetch(address('drop', { name: file.name, side }), { method: 'POST', body: file });
     const body = await answer.json().catch(() => ({}));
+    clearTimeout(slow);
+    dismiss();
     if (!answer.ok) tell('error', body.error ?? { what: `${file.name} was not opened.`, why: answer.statusText, unchanged: 'The stone is unchanged.' });
     return answer.ok;
   } catch {
     failed(file.name, 'There is no connection to the program.');
   } finally {
-    $('#stage').removeAttribute('aria-busy');
+    clearTimeout(slow);
   }
 }
 

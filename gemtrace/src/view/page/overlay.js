@@ -3,7 +3,7 @@
 import { app, listen, side } from './app.js';
 import { faces, placed, projector } from './camera.js';
 import { connected } from './link.js';
-import { pictures } from './picture.js';
+import { frame, pictures, point } from './picture.js';
 import { $, framed, svg } from './dom.js';
 import { plus } from './rotation.js';
 
@@ -72,14 +72,15 @@ function late(name) {
 function drawSide(name) {
   const layer = layers[name], s = side(name);
   if (!s?.camera) return layer.replaceChildren();
-  const box = layer.getBoundingClientRect();
-  if (!box.width) return;
-  const project = projector(box.width, box.height, name), shapes = [];
+  const f = frame(name);
+  if (!f.width) return;
+  const inside = projector(f.width, f.height, name), shapes = [];
+  const project = p => { const [x, y] = inside(p); return [x + f.x, y + f.y]; };
   if (late(name)) shapes.push(...edges(project, s));
   if (marks.side === name) {
     const outline = marks.outline ?? marks.hover;
     if (outline) shapes.push(...cased('polygon', { points: text(outline.map(p => project(placed(p, s)))) }));
-    if (marks.path && marks.pixel) shapes.push(...path(marks.path, project, s, marks.pixel));
+    if (marks.path && marks.pixel) shapes.push(...path(marks.path, project, s, point(name, ...marks.pixel)));
   }
   layer.replaceChildren(...shapes);
 }

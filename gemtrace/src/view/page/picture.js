@@ -4,10 +4,10 @@ import { app, listen, tell } from './app.js';
 import { connected, send } from './link.js';
 import { $ } from './dom.js';
 
-/** Of each side: the canvas, the last header, and whether a picture has been drawn. */
+/** Of each side: the canvas, the last picture's header, and the size of the last whole picture. */
 export const pictures = {
-  A: { canvas: $('#view-a canvas'), header: null },
-  B: { canvas: $('#view-b canvas'), header: null },
+  A: { canvas: $('#view-a canvas'), header: null, size: null },
+  B: { canvas: $('#view-b canvas'), header: null, size: null },
 };
 
 let full = [512, 512];                       // device pixels of one view
@@ -21,8 +21,22 @@ export function measured() {
   return full;
 }
 
-/** A point in CSS pixels of a view in pixels of the full picture. */
-export const pixel = (x, y) => [x * ratio(), y * ratio()].map(Math.floor);
+/** Where the picture of a side lies in its view, CSS pixels. Another window may have asked for another size. */
+export function frame(name) {
+  const { canvas, header } = pictures[name], view = canvas.parentNode;
+  const [width, height] = header ? [canvas.offsetWidth, canvas.offsetHeight] : [view.clientWidth, view.clientHeight];
+  return { x: (view.clientWidth - width) / 2, y: (view.clientHeight - height) / 2, width, height };
+}
+
+/** A point of a view in CSS pixels, in pixels of the whole picture; and the middle of a pixel in CSS pixels. */
+export function pixel(name, x, y) {
+  const f = frame(name), [w, h] = pictures[name].size ?? full;
+  return [(x - f.x) / f.width * w, (y - f.y) / f.height * h].map(Math.floor);
+}
+export function point(name, x, y) {
+  const f = frame(name), [w, h] = pictures[name].size ?? full;
+  return [f.x + (x + 0.5) / w * f.width, f.y + (y + 0.5) / h * f.height];
+}
 
 /** The picture's scale is that of its smaller side, so a picture of an older size lies where it belongs. */
 function place({ canvas }) {
@@ -50,12 +64,14 @@ function draw(canvas, image) {
   image.close();
 }
 
-/** The time from a message to its picture, as `gemtrace` measures in the browser's performance entries. */
+/** The time from an event to its picture, kept in the browser's performance entries for whoever measures. */
 function timed({ answers }) {
-  const mark = `gemtrace:${answers}`;
-  if (!answers || !performance.getEntriesByName(mark, 'mark').length) return;
-  performance.measure('gemtrace', { start: mark, detail: answers });
-  performance.clearMarks();
+  for (const { name } of performance.getEntriesByType('mark')) {
+    const id = Number(name.split(':')[1]);
+    if (!(id <= answers)) continue;
+    if (id === answers) performance.measure('gemtrace', { start: name, detail: id });
+    performance.clearMarks(name);
+  }
   if (performance.getEntriesByName('gemtrace').length > 500) performance.clearMeasures('gemtrace');
 }
 
@@ -65,6 +81,7 @@ async function show({ header, bytes }) {
     const image = await decode(header, bytes);
     draw(own.canvas, image);
     own.header = header;
+    if (['refining', 'settled'].includes(header.stage)) own.size = [header.width, header.height];
     place(own);
     timed(header);
     tell('shown', header);
@@ -89,11 +106,4 @@ export function start() {
   listen('hello', () => { const before = full.join(); if (measured().join() !== before) resized(); });
   new ResizeObserver(resized).observe($('#view-a'));
   listen('state', () => { if (!app.state.compare) pictures.B.header = null; });
-}
-
-/** The colour of a pixel of the canvas, 0 to 255 each, with alpha. */
-export function sample(name, x, y) {
-  const { canvas } = pictures[name];
-  const k = canvas.width / full[0], l = canvas.height / full[1];
-  return canvas.getContext('2d').getImageData(Math.floor(x * k), Math.floor(y * l), 1, 1).data;
 }

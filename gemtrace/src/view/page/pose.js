@@ -47,7 +47,7 @@ function label({ tilt }) {
   for (const name of ['A', 'B']) {
     const s = side(name);
     if (!s) continue;
-    const material = app.hello?.lists.materials.find(m => m.id === s.material)?.label ?? s.material;
+    const material = app.hello?.lists.materials.find(m => m.id === s.material)?.label ?? s.material_name ?? s.material;
     $(`#view-${name.toLowerCase()}`).setAttribute('aria-label', `${material}, ${s.name}, tilted ${Math.round(tilt)}°`);
   }
 }

@@ -48,12 +48,12 @@ function greet() {
   backgrounds();
 }
 
-/** An open file leads the list of cuts. */
+/** The cut that is on the table says how many facets it has; one that is in no list leads it. */
 function cut(s) {
-  const own = !entry('cuts', s.cut) || s.cut === 'file';
-  const label = s.facets ? `${s.name} – ${s.facets} facets` : s.name;
-  const file = own ? [{ id: s.cut, label, group: 'Open file' }] : [];
-  lists.cut.fill([...file, ...app.hello.lists.cuts.filter(c => c.id !== 'file')]);
+  const count = label => (s.facets ? `${label} – ${s.facets} facets` : label);
+  const all = app.hello.lists.cuts.map(c => (c.id === s.cut ? { ...c, label: count(c.label) } : c));
+  const own = entry('cuts', s.cut) ? [] : [{ id: s.cut ?? '', label: count(s.name), group: 'Open file' }];
+  lists.cut.fill([...own, ...all]);
   lists.cut.show(s.cut);
 }
 
@@ -126,7 +126,7 @@ function tabs() {
 export function start() {
   build();
   tabs();
-  listen('hello', greet);
+  listen('hello', () => { greet(); if (app.state) show(); });
   listen('state', () => { remember(); show(); });
   listen('side', show);
   listen('error', failed);

@@ -1,6 +1,7 @@
 // The status line: the stage by word and icon, figures in cells of fixed width, and the hairline of refinement.
 
 import { app, listen, side } from './app.js';
+import { pictures } from './picture.js';
 import { $, number, say, short } from './dom.js';
 
 const words = {
@@ -37,9 +38,16 @@ function percent(share) {
   return `${value === 0 ? '0' : value < 1e-4 ? '< 0.0001' : Number(value.toPrecision(2))} %`;
 }
 
+/** Settled is what is seen: the figures may be ahead of the picture. */
+function seen(name) {
+  const s = latest[name], header = pictures[name].header;
+  const ahead = s?.stage === 'settled' && !(header?.stage === 'settled' && (header.answers ?? 0) >= (s.answers ?? 0));
+  return ahead ? { ...s, stage: header ? 'refining' : 'start' } : s;
+}
+
 function show() {
   if (offline) return;
-  const s = latest[app.side];
+  const s = seen(app.side);
   if (!s) return;
   const [word, icon] = words[s.stage] ?? words.refining;
   stage(s.stage === 'moving' ? app.gesture ?? word : word, icon);
@@ -49,9 +57,9 @@ function show() {
   $('#delta').textContent = number(s.delta_e, 2);
   $('#rays').textContent = s.stage === 'settled' ? '–' : short(s.rays_per_second);
   $('#dropped').textContent = percent(s.dropped);
-  $('#device').textContent = s.device ?? app.hello?.device ?? '–';
+  $('#device').textContent = s.device || app.hello?.device || '–';
   for (const name of ['A', 'B']) {
-    const busy = latest[name] && latest[name].stage !== 'settled';
+    const busy = latest[name] && !settled(name);
     $(`#view-${name.toLowerCase()}`).setAttribute('aria-busy', String(Boolean(busy)));
   }
 }
@@ -72,9 +80,11 @@ export function start() {
     latest[message.side] = message;
     show();
   });
-  listen('hello', () => { offline = false; latest = {}; $('#retry').hidden = true; $('#device').textContent = app.hello.device; });
+  listen('connected', () => { offline = false; latest = {}; $('#retry').hidden = true; });
+  listen('hello', () => { $('#device').textContent = app.hello.device; });
+  listen('shown', show);
   listen('lost', lost);
   listen('side', show);
 }
 
-export const settled = name => latest[name]?.stage === 'settled';
+export const settled = name => seen(name)?.stage === 'settled';

@@ -38,9 +38,15 @@ export async function copy(content, what) {
   }
 }
 
+/** A sentence: with a full stop, and a capital where it does not begin with a name. */
+function sentence(text, capital = true) {
+  const first = capital ? text.charAt(0).toUpperCase() + text.slice(1) : text;
+  return /[.!?…]$/.test(first) ? first : `${first}.`;
+}
+
 function failed({ what, where, why, unchanged }) {
-  const place = where ? `${where}: ` : '';
-  notify({ title: what, body: [place + (why ?? ''), unchanged].filter(Boolean).join(' '), error: true });
+  const reason = sentence([where, why].filter(Boolean).join(': '), !where);
+  notify({ title: sentence(what, false), body: [reason, unchanged && sentence(unchanged)].filter(Boolean).join(' '), error: true });
 }
 
 function saved(message) {
