@@ -33,6 +33,7 @@ mod tracer;
 mod tree;
 
 pub use accel::Instructions;
+pub use reference::heaviest::{Chain, Event, Kind, first_facet, heaviest};
 use spectral_core::tracer::{Backend, DeviceInfo};
 
 /// The CPU backend.

@@ -5,6 +5,7 @@
 
 mod beam;
 mod crystal;
+pub(crate) mod heaviest;
 mod surface;
 
 use crate::{

@@ -22,7 +22,6 @@ pub mod shard;
 pub mod sheet;
 pub mod tier;
 #[cfg(feature = "view")]
-#[allow(dead_code, reason = "answers to questions come with the next change")]
 pub mod view;
 
 pub use error::Error;

@@ -252,6 +252,17 @@ pub fn data_url<const N: usize>(width: u32, pixels: &[[u8; N]]) -> Result<String
     Ok(format!("data:image/png;base64,{}", STANDARD.encode(bytes)))
 }
 
+/// 8-bit sRGB pixels as the bytes of a PNG that is as small as it gets.
+///
+/// # Errors
+/// Why they cannot be encoded, for people.
+#[cfg(feature = "view")]
+pub(crate) fn small_png<const N: usize>(width: u32, pixels: &[[u8; N]]) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    png::encode_pixels(width, pixels, Compression::High, &mut bytes)?;
+    Ok(bytes)
+}
+
 /// Writes a text file (a plot, say) as safely as a picture.
 ///
 /// # Errors

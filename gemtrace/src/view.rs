@@ -14,40 +14,47 @@
 //!
 //! `docs/view-protocol.md` describes what page and server say to each other.
 
+mod curve;
 mod description;
 mod desk;
 mod display;
 mod document;
+mod export;
 mod guard;
 mod hub;
 mod inbox;
+mod inquiry;
 mod lists;
 mod message;
 mod opening;
 mod pace;
 mod page;
+mod pixel;
 mod server;
 mod setting;
 mod side;
 mod sight;
 mod solid;
 mod store;
+mod swatch;
 mod watch;
 
 use crate::scene_file::Assets;
 use crate::{Error, Session, registry};
 use desk::Desk;
 use document::{Document, History};
+use export::Export;
 use guard::Guard;
 use hub::Hub;
-use inbox::Inbox;
+use inbox::{Inbox, Sessions};
+use inquiry::Inquiry;
 use lists::Lists;
 use serde_json::{Value, json};
 use sight::Sights;
 use spectral_core::tracer::OpenOptions;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, TcpListener};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 use store::Store;
 
 /// Decoded files that are kept although the scene no longer names them: what was chosen a moment ago.
@@ -112,13 +119,35 @@ impl View {
         let guard = Guard::new(!options.listen.is_loopback()).map_err(|e| Error::output("the token", e))?;
         let store = Arc::new(Store::new(&options.start)?);
         let (hub, inbox, sights) = (Arc::<Hub>::default(), Arc::<Inbox>::default(), Arc::<Sights>::default());
-        let desk = desk(files, options, (&store, &hub, &inbox, &sights))?;
+        let (backend, device, open) = (options.backend.clone(), options.device, options.open);
+        // A device that is not there is said before anything is shown.
+        registry::choose(&backend, device)?;
+        let sessions: Sessions =
+            Arc::new(move || Ok(Session::new(registry::choose(&backend, device)?, open)));
+        let export = Arc::new(Export {
+            store: Arc::clone(&store),
+            sights: Arc::clone(&sights),
+            sessions: Arc::clone(&sessions),
+            folder: options.output.clone(),
+            last: Mutex::default(),
+        });
+        let busy = Arc::clone(&sights);
+        let inquiry = Inquiry::start(&sights, &export, move || busy.is_busy())?;
+        let desk = desk(files, options, sessions, (&store, &hub, &inbox, &sights))?;
         std::thread::Builder::new()
             .name("view".to_owned())
             .spawn(move || desk.run())
             .map_err(|e| Error::output("a thread", format!("cannot be started ({e})")))?;
-        let server =
-            server::Server { listener, guard, hub, inbox, store, sights, output: options.output.clone() };
+        let server = server::Server {
+            listener,
+            guard,
+            hub,
+            inbox,
+            store,
+            inquiry,
+            export,
+            swatches: swatch::Swatches::default(),
+        };
         Ok(View { server, address })
     }
 
@@ -140,6 +169,7 @@ impl View {
 fn desk(
     files: &[PathBuf],
     options: &Options,
+    sessions: Sessions,
     (store, hub, inbox, sights): (&Arc<Store>, &Arc<Hub>, &Arc<Inbox>, &Arc<Sights>),
 ) -> Result<Desk, Error> {
     let mut assets = Assets::keeping(RESTING, store.gate());
@@ -154,10 +184,6 @@ fn desk(
     let first = opened.next().unwrap_or_else(opening::nothing);
     let tone = lists::TONES[0].0;
     let document = Document { sides: [Some(first), opened.next()], tone, auto: false };
-    let (backend, device, open) = (options.backend.clone(), options.device, options.open);
-    // A device that is not there is said before anything is shown.
-    registry::choose(&backend, device)?;
-    let sessions = Box::new(move || Ok(Session::new(registry::choose(&backend, device)?, open)));
     let output = options.output.display().to_string();
     let hello = Box::new(move |lists: &Lists| hello(lists, &output));
     let mut desk = Desk {

@@ -3,7 +3,7 @@
 use super::description;
 use super::document::{Document, History, Setup};
 use super::hub::{Client, Hub};
-use super::inbox::{Inbox, Order};
+use super::inbox::{Inbox, Order, Sessions};
 use super::lists::{Kind, Lists, TONES, kind};
 use super::message::{Change, Letter, Refusal};
 use super::opening;
@@ -12,17 +12,14 @@ use super::side::Side;
 use super::sight::{Sight, Sights};
 use super::store::Store;
 use super::watch::Onlooker;
+use crate::Error;
 use crate::scene_file::Assets;
-use crate::{Error, Session};
 use glam::DQuat;
 use serde_json::Value;
 use spectral_core::shown;
 use spectral_core::tracer::TraceReport;
 use std::path::Path;
 use std::sync::Arc;
-
-/// Makes sessions with the devices that were asked for.
-pub type Sessions = Box<dyn Fn() -> Result<Session, Error> + Send>;
 
 /// What the thread owns.
 pub struct Desk {
@@ -103,11 +100,13 @@ impl Desk {
                 let sight = Sight { picture: Some(Arc::new(picture)), ..Sight::new(side, self.answers) };
                 let sight = self.sights.set(letter, sight);
                 self.sights.settle(letter, &sight, side.tone, &self.hub);
-                watch.status("settled", side.loaded.settings.samples, change, &side.rendered.traced);
+                watch.status("settled", side.of(), change, &side.rendered.traced);
             }
             Ok(None) => {}
             Err(error) => {
                 side.rests = true;
+                let sight = Sight { failed: true, ..Sight::new(side, self.answers) };
+                self.sights.set(letter, sight);
                 watch.status("failed", 0, None, &TraceReport::default());
                 let what = "the picture was not finished".to_owned();
                 let unchanged = "the last picture stays".to_owned();
@@ -118,19 +117,26 @@ impl Desk {
 
     fn obey(&mut self, order: Order) {
         match order {
-            Order::Size(size) => {
-                if size != self.size {
-                    self.size = size;
-                    let before = self.history.now.clone();
-                    self.show(&before, None, None);
-                    self.tell_state();
-                }
+            Order::Hello(client, size) => {
+                // First the size, so that the first state that the page gets is right.
+                self.resize(size);
+                self.hub.join(&client);
             }
+            Order::Size(size) => self.resize(size),
             Order::Change(client, change) => self.change(&client, change),
             Order::Dropped { path, side, reply } => {
                 // Whoever dropped it may be gone.
                 drop(reply.send(self.open(&path, side)));
             }
+        }
+    }
+
+    fn resize(&mut self, size: [u32; 2]) {
+        if size != self.size {
+            self.size = size;
+            let before = self.history.now.clone();
+            self.show(&before, None, None);
+            self.tell_state();
         }
     }
 
@@ -298,12 +304,17 @@ impl Desk {
                 Ok(())
             }
             Some(side) => {
+                side.change(setup, self.size, &mut self.assets)?;
                 side.tone = self.history.now.tone;
-                side.change(setup, self.size, &mut self.assets)
+                self.sights.set(letter, Sight::new(side, self.answers));
+                Ok(())
             }
             None => {
                 let session = (self.sessions)()?;
-                self.sides[place] = Some(Side::new(session, setup, self.size, &mut self.assets)?);
+                let mut side = Side::new(session, setup, self.size, &mut self.assets)?;
+                side.tone = self.history.now.tone;
+                self.sights.set(letter, Sight::new(&side, self.answers));
+                self.sides[place] = Some(side);
                 Ok(())
             }
         }

@@ -21,6 +21,8 @@ struct Waiting {
     answers: VecDeque<Arc<str>>,
     /// Whether the page has yet to draw the last picture.
     busy: bool,
+    /// Whether the connection has ended.
+    gone: bool,
 }
 
 /// One page.
@@ -51,6 +53,15 @@ impl Client {
         self.news.notify_one();
     }
 
+    fn is_gone(&self) -> bool {
+        locked(&self.waiting).gone
+    }
+
+    /// What has not been sent yet, where the connection is about to end.
+    pub fn last_words(&self) -> Vec<Arc<str>> {
+        locked(&self.waiting).answers.drain(..).collect()
+    }
+
     /// The page has drawn a picture.
     pub fn shown(&self) {
         locked(&self.waiting).busy = false;
@@ -69,7 +80,8 @@ impl Client {
 
     fn take(&self) -> Option<Next> {
         let mut waiting = locked(&self.waiting);
-        let text = waiting.state.take().or_else(|| waiting.answers.pop_front());
+        // An answer first: an error stands before the state that it left.
+        let text = waiting.answers.pop_front().or_else(|| waiting.state.take());
         let text = text.or_else(|| waiting.status.iter_mut().find_map(Option::take));
         if let Some(text) = text {
             return Some(Next::Text(text));
@@ -102,6 +114,9 @@ impl Hub {
     /// A page that has said hello: it gets all there is.
     pub fn join(&self, client: &Arc<Client>) {
         let mut latest = locked(&self.0);
+        if client.is_gone() || latest.clients.iter().any(|other| Arc::ptr_eq(other, client)) {
+            return;
+        }
         client.tell(|waiting| {
             waiting.answers.extend(latest.hello.clone());
             waiting.answers.extend(latest.state.clone());
@@ -111,6 +126,7 @@ impl Hub {
     }
 
     pub fn leave(&self, client: &Arc<Client>) {
+        client.tell(|waiting| waiting.gone = true);
         locked(&self.0).clients.retain(|other| !Arc::ptr_eq(other, client));
     }
 

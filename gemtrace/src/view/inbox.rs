@@ -2,6 +2,7 @@
 
 use super::hub::{Client, locked};
 use super::message::{Change, Letter, Refusal};
+use crate::{Error, Session};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
@@ -10,9 +11,14 @@ use tokio::sync::oneshot;
 /// The most that waits; then the page is told that it asks too fast.
 const MOST: usize = 1000;
 
+/// Makes sessions with the devices that were asked for.
+pub type Sessions = Arc<dyn Fn() -> Result<Session, Error> + Send + Sync>;
+
 /// Something that changes what is shown.
 pub enum Order {
     Change(Arc<Client>, Change),
+    /// A page that comes, with the device pixels of one view.
+    Hello(Arc<Client>, [u32; 2]),
     /// Device pixels of one view.
     Size([u32; 2]),
     /// A file that was dropped; without a side it is opened in place of what is there.
@@ -23,43 +29,77 @@ pub enum Order {
     },
 }
 
-#[derive(Default)]
-pub struct Inbox {
-    orders: Mutex<VecDeque<Order>>,
+/// Something that waits, and may be overtaken by the next of its kind.
+pub trait Overtaken {
+    /// Whether `next` makes this needless.
+    fn by(&self, next: &Self) -> bool;
+}
+
+/// What waits for one thread.
+pub struct Queue<T> {
+    waiting: Mutex<VecDeque<T>>,
     news: Condvar,
 }
 
-impl Inbox {
-    /// Adds an order; returns whether there was room. Of a gesture that goes on only the newest counts.
-    pub fn put(&self, order: Order) -> bool {
-        let mut orders = locked(&self.orders);
-        if orders.back().is_some_and(|last| is_overtaken(last, &order)) {
-            orders.pop_back();
+/// What waits for the desk.
+pub type Inbox = Queue<Order>;
+
+impl<T> Default for Queue<T> {
+    fn default() -> Self {
+        Queue { waiting: Mutex::default(), news: Condvar::new() }
+    }
+}
+
+impl<T: Overtaken> Queue<T> {
+    /// Adds something; returns whether there was room.
+    pub fn put(&self, item: T) -> bool {
+        let mut waiting = locked(&self.waiting);
+        if waiting.back().is_some_and(|last| last.by(&item)) {
+            waiting.pop_back();
         }
-        if orders.len() == MOST {
+        if waiting.len() == MOST {
             return false;
         }
-        orders.push_back(order);
+        waiting.push_back(item);
         self.news.notify_all();
         true
     }
 
     /// Whether something waits.
     pub fn is_waiting(&self) -> bool {
-        !locked(&self.orders).is_empty()
+        !locked(&self.waiting).is_empty()
     }
 
     /// All that waits.
-    pub fn take(&self) -> VecDeque<Order> {
-        std::mem::take(&mut locked(&self.orders))
+    pub fn take(&self) -> VecDeque<T> {
+        std::mem::take(&mut locked(&self.waiting))
+    }
+
+    /// Waits until something waits, and takes the first.
+    pub fn next(&self) -> T {
+        let mut waiting = locked(&self.waiting);
+        loop {
+            if let Some(first) = waiting.pop_front() {
+                return first;
+            }
+            waiting = self.news.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        }
     }
 
     /// Waits until something waits.
     pub fn wait(&self) {
-        let orders = locked(&self.orders);
+        let waiting = locked(&self.waiting);
         drop(
-            self.news.wait_while(orders, |orders| orders.is_empty()).unwrap_or_else(PoisonError::into_inner),
+            self.news
+                .wait_while(waiting, |waiting| waiting.is_empty())
+                .unwrap_or_else(PoisonError::into_inner),
         );
+    }
+}
+
+impl Overtaken for Order {
+    fn by(&self, next: &Self) -> bool {
+        is_overtaken(self, next)
     }
 }
 

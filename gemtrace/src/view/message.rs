@@ -158,6 +158,33 @@ pub enum Format {
     Turn,
 }
 
+impl Format {
+    /// The format of a name.
+    pub fn by_name(name: &str) -> Option<Self> {
+        let all = [Format::Png, Format::Exr, Format::SpectralExr, Format::Scene, Format::Turn];
+        all.into_iter().find(|format| format.name() == name)
+    }
+
+    pub fn name(self) -> &'static str {
+        match self {
+            Format::Png => "png",
+            Format::Exr => "exr",
+            Format::SpectralExr => "spectral-exr",
+            Format::Scene => "scene",
+            Format::Turn => "turn",
+        }
+    }
+
+    /// The end of its files' names.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Format::Png | Format::Turn => "png",
+            Format::Exr | Format::SpectralExr => "exr",
+            Format::Scene => "toml",
+        }
+    }
+}
+
 /// Something that was not done, for people.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Refusal {

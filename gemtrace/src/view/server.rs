@@ -1,12 +1,14 @@
 //! The server: whom it lets in, the page's files, dropped files, and a connection for each page.
 
+use super::export::{self, Export};
 use super::guard::Guard;
 use super::hub::{Client, Hub, Next};
 use super::inbox::{Inbox, Order};
-use super::message::{Ask, Letter, PROTOCOL, Page, Refusal};
+use super::inquiry::Inquiry;
+use super::message::{Ask, Format, Letter, PROTOCOL, Page, Refusal};
 use super::page;
-use super::sight::Sights;
 use super::store::{LARGEST, Store};
+use super::swatch::Swatches;
 use crate::Error;
 use axum::body::Body;
 use axum::extract::ws::{Message, WebSocket, WebSocketUpgrade};
@@ -18,7 +20,6 @@ use axum::routing::{get, post};
 use axum::{Router, serve as axum_serve};
 use serde::Deserialize;
 use serde_json::json;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 use tokio::sync::oneshot;
@@ -30,8 +31,9 @@ pub struct Server {
     pub hub: Arc<Hub>,
     pub inbox: Arc<Inbox>,
     pub store: Arc<Store>,
-    pub sights: Arc<Sights>,
-    pub output: PathBuf,
+    pub inquiry: Inquiry,
+    pub export: Arc<Export>,
+    pub swatches: Swatches,
 }
 
 /// How often it is asked whether to stop.
@@ -71,6 +73,8 @@ fn routes(server: Arc<Server>) -> Router {
         .route("/page/{token}/{name}", get(file))
         .route("/live", get(live))
         .route("/drop", post(dropped))
+        .route("/save", get(saved))
+        .route("/swatch/{name}", get(swatch))
         .layer(middleware::from_fn_with_state(Arc::clone(&server), guarded))
         .with_state(server)
 }
@@ -189,6 +193,54 @@ async fn dropped(
     }
 }
 
+/// What is downloaded.
+#[derive(Deserialize)]
+struct Save {
+    format: String,
+    side: String,
+}
+
+async fn saved(State(server): State<Arc<Server>>, Query(save): Query<Save>) -> Response {
+    let side = Letter::ALL.into_iter().find(|letter| letter.name() == save.side);
+    let (Some(side), Some(format)) = (side, Format::by_name(&save.format)) else {
+        return (StatusCode::BAD_REQUEST, "a format is png, exr, spectral-exr, scene or turn, a side A or B")
+            .into_response();
+    };
+    let export = Arc::clone(&server.export);
+    match beside(move || export.download(side, format)).await {
+        Ok(Ok((name, bytes))) => {
+            let kind = match format.extension() {
+                "png" => "image/png",
+                "exr" => "image/x-exr",
+                _ => "application/toml",
+            };
+            let place = format!("attachment; filename=\"{name}\"");
+            ([(header::CONTENT_TYPE, kind.to_owned()), (header::CONTENT_DISPOSITION, place)], bytes)
+                .into_response()
+        }
+        Ok(Err(error)) => refused(StatusCode::UNPROCESSABLE_ENTITY, &export::refused(&error)),
+        Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
+    }
+}
+
+/// Does what takes long on a thread of its own, so that others are answered meanwhile.
+async fn beside<T: Send + 'static>(
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, oneshot::error::RecvError> {
+    let (reply, answer) = oneshot::channel();
+    std::thread::spawn(move || drop(reply.send(work())));
+    answer.await
+}
+
+/// A small picture of a material.
+async fn swatch(State(server): State<Arc<Server>>, Path(name): Path<String>) -> Response {
+    let made = beside(move || server.swatches.get(name.trim_end_matches(".png"))).await;
+    match made {
+        Ok(Ok(png)) => ([(header::CONTENT_TYPE, "image/png")], png.to_vec()).into_response(),
+        _ => (StatusCode::NOT_FOUND, "no such material").into_response(),
+    }
+}
+
 fn json_type() -> [(header::HeaderName, &'static str); 1] {
     [(header::CONTENT_TYPE, "application/json")]
 }
@@ -216,6 +268,9 @@ async fn connected(server: Arc<Server>, mut socket: WebSocket) {
         }
     }
     server.hub.leave(&client);
+    for text in client.last_words() {
+        send(&mut socket, Next::Text(text)).await;
+    }
 }
 
 /// Sends what is next; `None` where the page does not take it.
@@ -237,8 +292,7 @@ fn hear(server: &Server, client: &Arc<Client>, message: &Message) -> bool {
     };
     match Ask::parse(text) {
         Ok(Ask::Page(Page::Hello { protocol: PROTOCOL, width, height })) => {
-            server.hub.join(client);
-            server.inbox.put(Order::Size([width, height].map(within)))
+            server.inbox.put(Order::Hello(Arc::clone(client), [width, height].map(within)))
         }
         Ok(Ask::Page(Page::Hello { .. })) => {
             complain(
@@ -258,7 +312,9 @@ fn hear(server: &Server, client: &Arc<Client>, message: &Message) -> bool {
             server.inbox.put(Order::Change(Arc::clone(client), change))
                 || complain(client, "too much is asked for at once")
         }
-        Ok(Ask::Question(_)) => complain(client, "not yet"),
+        Ok(Ask::Question(question)) => {
+            server.inquiry.ask(client, question) || complain(client, "too much is asked for at once")
+        }
         Err(error) => complain(client, &format!("not a message of this protocol: {error}")),
     }
 }

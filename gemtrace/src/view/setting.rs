@@ -88,6 +88,7 @@ const CHOSEN: [Chosen; 7] = [
             "max_depth",
             "threshold",
             "split",
+            "coverage",
         ],
         default: "normal",
     },

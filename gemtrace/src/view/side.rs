@@ -86,6 +86,11 @@ impl Side {
         self.still.as_ref().filter(|_| !self.fresh).unwrap_or(&self.moving)
     }
 
+    /// The most samples that a pixel of the picture gets, as far as that is known.
+    pub fn of(&self) -> u32 {
+        self.still.as_ref().map_or(self.loaded.settings.samples, |still| still.settings.samples)
+    }
+
     /// A coarse picture in `share` of the time of a frame. `None` where it is broken off, since `hurry` says that
     /// something newer waits, and where the device fails.
     pub fn frame(&mut self, share: f64, hurry: &dyn Fn() -> bool, watch: &mut dyn Watch) -> Option<Film> {
@@ -154,6 +159,7 @@ impl Side {
     /// Adds what was traced of the picture in one go.
     fn note(&mut self, rendered: &Rendered) {
         self.device(rendered);
+        self.rendered.scene.clone_from(&rendered.scene);
         self.rendered.traced += rendered.traced.clone();
         for device in &rendered.devices {
             if self.rendered.devices.last() != Some(device) {

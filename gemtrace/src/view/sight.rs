@@ -5,11 +5,16 @@ use super::document::Setup;
 use super::hub::{Hub, locked};
 use super::message::Letter;
 use super::side::Side;
+use crate::Error;
 use crate::output::Picture;
-use crate::scene_file::LoadedScene;
+use crate::scene_file::{Draft, LoadedScene};
 use spectral_core::color::RgbSpace;
 use spectral_core::prepare::PreparedScene;
-use std::sync::{Arc, Condvar, Mutex};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
+
+/// How long a first picture may take where a question waits for it.
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// One side at a moment.
 #[derive(Clone)]
@@ -19,6 +24,8 @@ pub struct Sight {
     pub prepared: Arc<PreparedScene>,
     /// The finished picture, once it is.
     pub picture: Option<Arc<Picture>>,
+    /// Whether it cannot be finished.
+    pub failed: bool,
     /// The newest change that is seen.
     pub answers: u64,
 }
@@ -26,7 +33,18 @@ pub struct Sight {
 impl Sight {
     pub fn new(side: &Side, answers: u64) -> Self {
         let (setup, loaded) = (side.setup.clone(), side.loaded.clone());
-        Sight { setup, loaded, prepared: Arc::clone(side.prepared()), picture: None, answers }
+        Sight { setup, loaded, prepared: Arc::clone(side.prepared()), picture: None, failed: false, answers }
+    }
+
+    /// The scene that is seen.
+    pub fn draft(&self) -> Draft {
+        self.setup.sized([self.loaded.scene.width, self.loaded.scene.height])
+    }
+
+    /// Whether another sight is of the same picture.
+    fn is_of(&self, other: &Sight) -> bool {
+        let size = |sight: &Sight| [sight.loaded.scene.width, sight.loaded.scene.height];
+        self.setup == other.setup && size(self) == size(other)
     }
 }
 
@@ -34,7 +52,7 @@ impl Sight {
 #[derive(Default)]
 pub struct Sights {
     now: Mutex<[Option<Arc<Sight>>; 2]>,
-    pub news: Condvar,
+    news: Condvar,
 }
 
 impl Sights {
@@ -45,8 +63,28 @@ impl Sights {
         sight
     }
 
-    pub fn get(&self, side: Letter) -> Option<Arc<Sight>> {
-        locked(&self.now)[side as usize].clone()
+    /// What is seen of a side now; where nothing is yet, soon.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] where there is no such side.
+    pub fn get(&self, side: Letter) -> Result<Arc<Sight>, Error> {
+        let now = locked(&self.now);
+        let none = |now: &mut [Option<Arc<Sight>>; 2]| now[side as usize].is_none();
+        let (now, _) =
+            self.news.wait_timeout_while(now, PATIENCE, none).unwrap_or_else(PoisonError::into_inner);
+        now[side as usize].clone().ok_or_else(|| Error::Usage(format!("there is no side {}", side.name())))
+    }
+
+    /// The finished picture of a sight, once it is; `None` if it will not be, because something else is seen now.
+    pub fn wait(&self, side: Letter, wanted: &Sight) -> Option<Arc<Picture>> {
+        let mut now = locked(&self.now);
+        loop {
+            let sight = now[side as usize].as_ref().filter(|sight| sight.is_of(wanted) && !sight.failed)?;
+            if let Some(picture) = &sight.picture {
+                return Some(Arc::clone(picture));
+            }
+            now = self.news.wait(now).unwrap_or_else(PoisonError::into_inner);
+        }
     }
 
     pub fn forget(&self, side: Letter) {
@@ -75,9 +113,14 @@ impl Sights {
         });
     }
 
+    /// Whether a picture is still being rendered.
+    pub fn is_busy(&self) -> bool {
+        locked(&self.now).iter().flatten().any(|sight| sight.picture.is_none() && !sight.failed)
+    }
+
     /// Stops with which the bright parts of a side's picture are nearly white.
     pub fn exposure(&self, side: Letter) -> f64 {
-        let Some(sight) = self.get(side) else { return 0.0 };
+        let Some(sight) = locked(&self.now)[side as usize].clone() else { return 0.0 };
         let Some(picture) = &sight.picture else { return sight.loaded.exposure };
         let pixels = picture.film.to_space(RgbSpace::Srgb).into_iter();
         let stones = pixels.filter(|pixel| pixel[3] > 0.5);

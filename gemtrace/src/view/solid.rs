@@ -2,7 +2,7 @@
 
 use crate::scene_file::LoadedScene;
 use crate::tier;
-use glam::{DMat3, DQuat, DVec3};
+use glam::{DMat3, DQuat, DVec3, EulerRot};
 use serde_json::{Value, json};
 use spectral_core::mesh::{Mesh, Plane};
 use spectral_core::scene::Stone;
@@ -59,13 +59,21 @@ impl<'a> Solid<'a> {
         None
     }
 
+    /// How a stone is turned without the pose, degrees about x, then y, then z.
+    pub fn rotation(&self, stone: &Stone) -> DVec3 {
+        let (z, y, x) = (self.back * turned(stone)).to_euler(EulerRot::ZYX);
+        DVec3::new(x, y, z) * 180.0 / std::f64::consts::PI
+    }
+
     /// The normal of the first stone's table.
     pub fn normal(&self) -> DVec3 {
-        let turned = |stone: &&Stone| {
-            let angles = stone.rotation * std::f64::consts::PI / 180.0;
-            DMat3::from_euler(glam::EulerRot::ZYX, angles.z, angles.y, angles.x) * DVec3::Z
-        };
-        self.unturned(self.stones.first().map_or(DVec3::Z, turned))
+        self.unturned(self.stones.first().map_or(DVec3::Z, |stone| turned(stone) * DVec3::Z))
+    }
+
+    /// All vertices.
+    pub fn corners(&self) -> Vec<DVec3> {
+        let placed = self.stones.iter().filter_map(|stone| stone.placed().ok());
+        placed.flat_map(|mesh| mesh.positions().to_vec()).map(|corner| self.unposed(corner)).collect()
     }
 
     /// Edges between facets, each with the outward normals of the two: `[p, q, n, m]`.
@@ -122,6 +130,12 @@ impl<'a> Solid<'a> {
         let row = |tier: tier::Tier| json!({ "name": tier.name, "part": tier.part(), "count": tier.facets, "angle": tier.angle() });
         Value::Array(tier::group(&facets).into_iter().map(row).collect())
     }
+}
+
+/// How a stone is turned.
+fn turned(stone: &Stone) -> DMat3 {
+    let angles = stone.rotation * std::f64::consts::PI / 180.0;
+    DMat3::from_euler(EulerRot::ZYX, angles.z, angles.y, angles.x)
 }
 
 /// The index of a facet on a gear of so many teeth: azimuths count clockwise from +y as seen from +z.

@@ -22,12 +22,15 @@ pub struct Onlooker<'a> {
     loaded: LoadedScene,
     tone: &'static str,
     device: String,
+    /// The most samples that a pixel gets.
+    of: u32,
     /// What earlier renders of this picture traced.
     before: TraceReport,
 }
 
 impl<'a> Onlooker<'a> {
     pub fn new(hub: &'a Hub, inbox: &'a Inbox, letter: Letter, answers: u64, side: &Side) -> Self {
+        let of = side.of();
         let (loaded, tone, device) = (side.loaded.clone(), side.tone, side.device.clone());
         Onlooker {
             hub,
@@ -37,6 +40,7 @@ impl<'a> Onlooker<'a> {
             loaded,
             tone,
             device,
+            of,
             before: side.rendered.traced.clone(),
         }
     }
@@ -61,7 +65,7 @@ impl<'a> Onlooker<'a> {
             self.side,
             &json!({
                 "type": "status", "side": self.side.name(), "stage": stage, "samples": samples,
-                "of": settings.samples, "delta_e": change, "tolerance": tolerance, "rays_per_second": rays,
+                "of": self.of, "delta_e": change, "tolerance": tolerance, "rays_per_second": rays,
                 "dropped": dropped, "device": self.device, "answers": self.answers,
             }),
         );
@@ -77,14 +81,15 @@ impl Watch for Onlooker<'_> {
         if self.inbox.is_waiting() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    fn pass(&mut self, film: &Film, samples: u32, traced: &TraceReport) {
+    fn pass(&mut self, film: &Film, samples: u32, of: u32, traced: &TraceReport) {
         // What an earlier call has done already takes no time, and has been shown.
         if traced.rays == 0 {
             return;
         }
         let mut all = self.before.clone();
         all += traced.clone();
-        if samples < self.loaded.settings.samples {
+        self.of = of;
+        if samples < of {
             self.show(film, "refining", samples);
         }
         self.status("refining", samples, film.change(), &all);
