@@ -91,6 +91,7 @@ pub fn heaviest(scene: &Arc<PreparedScene>, ray: &CameraRay, line: usize) -> Cha
         surfaces: Surfaces::new(&scene.geometry),
         scene: Arc::clone(scene),
         options: OpenOptions::default(),
+        facets: None,
         workers: None,
     };
     Search { reference: &reference, line, steps: Vec::new() }.follow(ray)

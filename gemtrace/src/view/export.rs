@@ -197,7 +197,8 @@ fn relative(path: &Path, folder: &Path) -> PathBuf {
         && a == b
     {
         shared += usize::from(matches!(a, Component::Normal(_)));
-        (to.next(), from.next());
+        to.next();
+        from.next();
     }
     if shared == 0 {
         return path.to_owned();
@@ -243,7 +244,7 @@ mod tests {
         std::fs::write(place("a.png"), "1").unwrap();
         assert_eq!(free(folder.path(), "a", "png"), place("a-2.png"));
         let (from, other) = (place("from"), place("other"));
-        [&from, &other].map(|path| std::fs::create_dir(path).unwrap());
+        [&from, &other].iter().for_each(|path| std::fs::create_dir(path).unwrap());
         std::fs::write(from.join("a.png"), "1").unwrap();
         std::fs::write(other.join("a.png"), "2").unwrap();
         assert_eq!(beside(&from.join("a.png"), folder.path(), &[]), place("a.png"));
