@@ -178,6 +178,14 @@ impl Planes {
     /// The intersections of rays with the plane of a facet, and as bits which of them are well inside its polygon.
     #[inline(always)]
     pub fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
+        let (exit, beyond) = self.meet(origin, direction, facet);
+        (exit, beyond.lt(V::splat(0.0)).bits())
+    }
+
+    /// The same; instead of the bits by how much each point is beyond the nearest side, mm, which is below 0 inside. Nothing
+    /// is inside for a ray that comes from the other side.
+    #[inline(always)]
+    pub fn meet<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, V) {
         let Facet { normal, offset, around } = &self.facets[facet];
         let normal = Triple::splat(*normal);
         // The exit is computed without fused operations, like in the shaders: backends with equal rounding pass the edges of
@@ -195,6 +203,6 @@ impl Planes {
                 beyond = beyond.max(normal.z.fma(point.z, normal.y.fma(point.y, across)));
             }
         }
-        (Exit { point, normal, cosine, distance }, beyond.lt(zero).bits())
+        (Exit { point, normal, cosine, distance }, beyond)
     }
 }

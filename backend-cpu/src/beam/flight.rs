@@ -315,7 +315,7 @@ impl Place {
     }
 
     fn met(&self, lane: usize) -> Met {
-        let vector = |rows: &[Row; 3]| glam::Vec3::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]);
+        let vector = |rows: &[Row; 3]| glam::Vec3A::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]);
         Met {
             point: vector(&self.point),
             by: [vector(&self.by[0]), vector(&self.by[1])],

@@ -129,8 +129,8 @@ impl Packet {
     }
 }
 
-fn vector(rows: &[Row; 3], lane: usize) -> glam::Vec3 {
-    glam::Vec3::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane])
+fn vector(rows: &[Row; 3], lane: usize) -> glam::Vec3A {
+    glam::Vec3A::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane])
 }
 
 /// Where rays meet the stone's surface from inside.
@@ -139,13 +139,15 @@ pub(super) struct Meeting<V> {
     pub exit: Exit<V>,
     /// The facet's number.
     pub facet: V,
+    /// By how much the point is inside the facet's polygon, mm; or less.
+    pub inside: V,
 }
 
 impl<V: Lanes> Meeting<V> {
     /// Nowhere in particular.
     #[inline(always)]
     pub fn nowhere() -> Self {
-        Meeting { exit: Exit::nowhere(), facet: V::splat(0.0) }
+        Meeting { exit: Exit::nowhere(), facet: V::splat(0.0), inside: V::splat(0.0) }
     }
 }
 
@@ -165,14 +167,17 @@ impl<V: Lanes> Travellers<V> for Packet {
 
     #[inline(always)]
     fn verify(&self, planes: &Planes, facet: u16) -> (Meeting<V>, u16) {
-        let (origin, direction) = (Triple::load(&self.origin), Triple::load(&self.direction));
-        let (exit, inside) = planes.verify(origin, direction, usize::from(facet));
-        (Meeting { exit, facet: V::splat(f32::from(facet)) }, inside)
+        let (origin, direction) = (Triple::<V>::load(&self.origin), Triple::load(&self.direction));
+        let (exit, beyond) = planes.meet(origin, direction, usize::from(facet));
+        let inside = beyond.lt(V::splat(0.0)).bits();
+        (Meeting { exit, facet: V::splat(f32::from(facet)), inside: -beyond }, inside)
     }
 
     #[inline(always)]
     fn accept(met: &mut Meeting<V>, other: &Meeting<V>, lanes: u16) -> u16 {
-        met.facet = V::select(V::Mask::from_bits(lanes), other.facet, met.facet);
+        let mask = V::Mask::from_bits(lanes);
+        met.facet = V::select(mask, other.facet, met.facet);
+        met.inside = V::select(mask, other.inside, met.inside);
         met.exit.accept(&other.exit, lanes)
     }
 }
@@ -211,8 +216,11 @@ impl Planes {
         lanes: u16,
     ) -> u16 {
         let (half, point) = ([V::load(&half[0]), V::load(&half[1])], met.exit.point);
+        // No beam is larger than this in any direction.
+        let [along, down] = [by[0].dot(by[0]).sqrt(), by[1].dot(by[1]).sqrt()];
+        let small = along.fma(half[0], down * half[1]).lt(met.inside);
         let facets = met.facet.stored();
-        let (mut rest, mut crossing) = (lanes, 0);
+        let (mut rest, mut crossing) = (lanes & !small.bits(), 0);
         while rest != 0 {
             let facet = facets.0[rest.trailing_zeros() as usize % WIDTH];
             let (.., sides) = self.facet(facet as usize);

@@ -1,7 +1,7 @@
 //! One beam by itself: how it is cut where facets meet, and what waits to be followed.
 
 use crate::planes::Planes;
-use glam::Vec3;
+use glam::Vec3A;
 use spectral_core::beam::{LEAST_AREA, LEAST_DISTANCE, Polygon};
 
 /// A beam that waits for a lane.
@@ -19,17 +19,17 @@ pub(super) struct Part {
 /// The rays of a beam, linear in u and v: the twin of `spectral_core::beam::Pencil`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pencil {
-    pub origin: Vec3,
-    pub direction: Vec3,
-    pub origin_by: [Vec3; 2],
-    pub direction_by: [Vec3; 2],
+    pub origin: Vec3A,
+    pub direction: Vec3A,
+    pub origin_by: [Vec3A; 2],
+    pub direction_by: [Vec3A; 2],
 }
 
 /// Where a pencil meets a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Met {
-    pub point: Vec3,
-    pub by: [Vec3; 2],
+    pub point: Vec3A,
+    pub by: [Vec3A; 2],
     pub cosine: f32,
     pub distance: f32,
 }
@@ -42,12 +42,12 @@ impl Pencil {
         let direction = self.direction + self.direction_by[0] * u + self.direction_by[1] * v;
         let scale = direction.length_recip();
         let direction = direction * scale;
-        let turned = |by: Vec3| (by - direction * direction.dot(by)) * scale;
+        let turned = |by: Vec3A| (by - direction * direction.dot(by)) * scale;
         Pencil { origin, direction, direction_by: self.direction_by.map(turned), ..*self }
     }
 
     /// Where it meets a plane n · x = d.
-    pub fn met(&self, normal: Vec3, offset: f32) -> Met {
+    pub fn met(&self, normal: Vec3A, offset: f32) -> Met {
         let cosine = normal.dot(self.direction).max(f32::MIN_POSITIVE);
         let distance = (offset - normal.dot(self.origin)).max(0.0) / cosine;
         let by = [0, 1].map(|axis| {
@@ -65,7 +65,7 @@ impl Part {
         let whole = waiting.len();
         let (.., sides) = planes.facet(facet);
         for side in sides.as_flattened() {
-            let normal = Vec3::from(side.normal);
+            let normal = Vec3A::from(side.normal);
             let at = f64::from(normal.dot(met.point) - (side.offset + planes.margin()));
             let by = met.by.map(|by| f64::from(normal.dot(by)));
             self.cut_along(at, by, waiting);
@@ -109,7 +109,7 @@ impl Part {
     fn recentre(&mut self, centroid: [f64; 2]) {
         self.pencil = self.pencil.about(centroid);
         self.polygon.shift([-centroid[0], -centroid[1]]);
-        let (along, axis) = (self.pencil.direction, Vec3::from_slice(&self.throughput[4..]));
+        let (along, axis) = (self.pencil.direction, Vec3A::from_slice(&self.throughput[4..]));
         let axis = (axis - along * along.dot(axis)).normalize_or_zero();
         self.throughput[4..].copy_from_slice(&axis.to_array());
     }
