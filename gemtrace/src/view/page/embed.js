@@ -8,7 +8,7 @@ import { upload } from './open.js';
 const query = new URLSearchParams(location.search);
 const named = () => { try { return new URL(query.get('origin') ?? document.referrer).origin; } catch { return null; } };
 const origin = named();
-const inspected = new Map();         // our number of a pixel → the number of the message that asked
+const inspected = new Map();         // our number of a pixel → the message that asked
 
 function post(type, values = {}, transfer = []) {
   if (origin && parent !== window) parent.postMessage({ gemtrace: 1, type, ...values }, origin, transfer);
@@ -41,7 +41,7 @@ const commands = {
   inspect({ id, x, y }) {
     if (!numbers([x, y], 2)) return refuse(id, 'value', '`x` and `y` are pixels of the picture.');
     const own = next();
-    inspected.set(own, id);
+    inspected.set(own, { id, x: Math.floor(x), y: Math.floor(y) });
     send({ type: 'inspect', id: own, side: 'A', x: Math.floor(x), y: Math.floor(y) });
   },
 };
@@ -66,7 +66,7 @@ function answers() {
   listen('pixel', pixel => {
     if (!inspected.has(pixel.id)) return;
     post('pixel', {
-      id: inspected.get(pixel.id), x: pixel.x, y: pixel.y, colour: pixel.colour, path: pixel.path,
+      ...inspected.get(pixel.id), colour: pixel.colour, path: pixel.path,
       spectrum: { wavelengths: pixel.wavelengths, radiance: pixel.radiance },
     });
     inspected.delete(pixel.id);

@@ -11,10 +11,10 @@ import { $, $$, el, framed, number, parse, phone } from './dom.js';
 const dock = $('#inspect');
 let asked = null;                 // the pixel that was asked for: { side, x, y, id }
 let shown = null;                 // the last answer
+let over = null;                  // the place under the cursor that was asked for
 
 const words = {
-  refracted: 'refracted', 'refracted-in': 'refracted in', 'refracted-out': 'refracted out',
-  total: 'total reflection', reflected: 'reflected',
+  in: 'refracted in', out: 'refracted out', part: 'reflected in part', total: 'total reflection', end: 'ends here',
 };
 
 /** The middle of the picture, where no pixel has been chosen. */
@@ -45,8 +45,8 @@ const list = rows => $('#facts').replaceChildren(
 function named(facet) {
   if (!facet) return ['Facet', 'no stone here'];
   const angle = Number.isFinite(facet.angle) ? `${number(facet.angle, 2)}°` : '';
-  const place = facet.index != null ? `index ${facet.index}` : '';
-  return ['Facet', el('b', {}, facet.name), [facet.tier, angle, place].filter(Boolean).join(', ')];
+  const place = facet.index != null ? `index ${number(facet.index, facet.index % 1 ? 1 : 0)}` : '';
+  return ['Facet', el('b', {}, facet.name), [facet.part, angle, place].filter(Boolean).join(', ')];
 }
 
 /** Enter asks about the same pixel again, or about the middle. */
@@ -83,7 +83,7 @@ function show(message) {
     ? `${number(message.path.length, 1)} mm inside, ${events.length} events` : 'it meets no stone';
   $('#events').replaceChildren(...events.map(row));
   Object.assign(marks, {
-    side: asked.side, outline: message.outline ?? null, path: message.path, pixel: [message.x, message.y],
+    side: asked.side, outline: message.outline ?? null, path: message.path, pixel: [asked.x, asked.y],
   });
   redraw();
 }
@@ -132,19 +132,21 @@ const hover = framed(at => {
   const readout = $('#hover');
   if (!at || app.gesture || !side()?.camera) {
     readout.textContent = '–';
+    over = null;
     if (marks.hover) { marks.hover = null; redraw(); }
     return;
   }
   const name = at.view.dataset.side, [x, y] = pixel(name, at.x, at.y);
-  send({ type: 'hover', id: next(), side: name, x, y });
+  over = { id: next(), side: name, x, y };
+  send({ type: 'hover', ...over });
 });
 
-function facet({ x, y, facet, outline, side: name }) {
-  const at = x == null ? '' : `${x}, ${y}`;
-  const what = facet ? [facet.name, facet.tier, Number.isFinite(facet.angle) && `${number(facet.angle, 2)}°`].filter(Boolean).join(' ') : '';
-  $('#hover').textContent = [at, what].filter(Boolean).join(' · ') || '–';
+function facet({ id, facet, outline }) {
+  if (id !== over?.id) return;
+  const what = facet && [facet.name, facet.part, Number.isFinite(facet.angle) && `${number(facet.angle, 2)}°`];
+  $('#hover').textContent = [`${over.x}, ${over.y}`, what && what.filter(Boolean).join(' ')].filter(Boolean).join(' · ');
   if (app.dock !== 'inspect' || marks.path) return;
-  Object.assign(marks, { side: name ?? app.side, hover: facet ? outline : null });
+  Object.assign(marks, { side: over.side, hover: facet ? outline : null });
   redraw();
 }
 
