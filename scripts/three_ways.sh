@@ -9,7 +9,8 @@ work=$(mktemp -d)
 mask=scenes/.three-ways-mask.toml # beside the scene, for the paths in it
 trap 'rm -rf "$work" "$mask"' EXIT
 
-render() { cargo run --release --quiet --package gemtrace-cli -- render "$1" --backend "$2" --space xyz --output "$work/$3.exr"; }
+render() { cargo run --release --quiet --package gemtrace-cli -- render "$1" --backend "$2" --space xyz \
+  --samples 16 --output "$work/$3.exr"; }
 
 for backend in cpu wgpu vulkan; do render scenes/brilliant.toml "$backend" "$backend"; done
 # The coverage of the stone, from a picture without a background.
