@@ -44,6 +44,42 @@ pub fn point(index: u32) -> [f64; 3] {
     GENERATOR.map(|g| ((2 * g * inverse + POINTS) % (2 * POINTS)) as f64 / (2 * POINTS) as f64)
 }
 
+/// The places of wavelengths that samples have in turn where there are many: 3⁵.
+pub const PLACES: u32 = 243;
+
+/// The inverse of g's last number modulo [`PLACES`].
+const INVERSE: i64 = 196;
+
+/// Where sample `index` lies in its pixel if its wavelengths are at the place of sample `index` modulo [`PLACES`].
+///
+/// A lattice point has its own place of the wavelengths, and its coordinates in the pixel would go ill with another. So each
+/// run of [`PLACES`] samples takes its points of the lattice in the order in which they come nearest to the places of the first
+/// run: they are no more than half a step from these, 1/486. 3ᵏ samples are still the 3ᵏ points of the lattice.
+///
+/// ```
+/// use spectral_core::lattice::{PLACES, point, sharing};
+/// let [x, y, _] = point(100);
+/// assert_eq!(sharing(100), [x, y]);
+/// ```
+pub fn sharing(index: u32) -> [f64; 2] {
+    let first = index - index % PLACES;
+    // From a run to the first one, points move along the last coordinate by so many of its steps, to the nearest.
+    let [.., start] = point(first);
+    let steps = ((start - 0.5) * f64::from(PLACES)).round() as i64;
+    let turned = i64::from(reversed(index % PLACES)) - steps * INVERSE;
+    let [x, y, _] = point(first + reversed(turned.rem_euclid(PLACES.into()) as u32));
+    [x, y]
+}
+
+/// The five digits in base 3 of a number below [`PLACES`], in the opposite order.
+fn reversed(mut number: u32) -> u32 {
+    (0..5).fold(0, |reversed, _| {
+        let digit = number % 3;
+        number /= 3;
+        3 * reversed + digit
+    })
+}
+
 /// Place `index` of the sequence in one dimension, for samples that differ in their wavelengths alone: the first 3ᵏ places are
 /// the middles of 3ᵏ equal cells, and the first is 0.5.
 ///
@@ -144,6 +180,23 @@ mod tests {
             points.sort_unstable();
             mirrored.sort_unstable();
             assert_eq!(points, mirrored, "{count}");
+        }
+    }
+
+    #[test]
+    fn samples_that_share_wavelengths_are_the_points_with_the_nearest_places() {
+        let bits = |[x, y]: [f64; 2]| [x.to_bits(), y.to_bits()];
+        for run in 0..27 {
+            let indices = run * PLACES..(run + 1) * PLACES;
+            let places: std::collections::HashMap<_, _> =
+                indices.clone().map(point).map(|[x, y, place]| (bits([x, y]), place)).collect();
+            let mut taken = std::collections::HashSet::new();
+            for index in indices {
+                let key = bits(sharing(index));
+                let [.., shared] = point(index % PLACES);
+                let apart = (places[&key] - shared + 0.5).rem_euclid(1.0) - 0.5;
+                assert!(taken.insert(key) && apart.abs() < 0.5001 / f64::from(PLACES), "{index}: {apart}");
+            }
         }
     }
 

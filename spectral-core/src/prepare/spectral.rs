@@ -9,6 +9,7 @@ use crate::{
     cie::Illuminant,
     color::Response,
     environment::Environment,
+    lattice,
     scene::Scene,
     settings::{Coverage, RenderSettings},
     upsample::{BASES, Upsampler},
@@ -36,7 +37,7 @@ const MOST_GRIDS: u32 = 256;
 /// The same for the offsets of the [`lattice`](crate::lattice): a power of its base, so that with more samples three or
 /// nine lattices share the offsets. The error of 729 samples of a diamond is 3 % larger than with 729 grids, which take
 /// more time to make than that gains.
-const MOST_GRIDS_ON_LATTICE: u32 = 243;
+const MOST_GRIDS_ON_LATTICE: u32 = lattice::PLACES;
 
 /// Where wavelengths lie in their cells from sample to sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
