@@ -44,6 +44,21 @@ fi
 # Callgrind knows x86-64 here; elsewhere there is nothing to compare with.
 command -v valgrind >/dev/null 2>&1 && export REQUIRE_VALGRIND=1
 
+# The live view is tested in a real browser, and what its page offers to all by axe-core, whose licence is not ours.
+browser() { command -v chromium || command -v chromium-browser || command -v google-chrome; }
+if ! browser >/dev/null && command -v apt-get >/dev/null 2>&1; then
+  apt update -q && apt install -y -q --no-install-recommends chromium fonts-dejavu-core
+fi
+if ! command -v npm >/dev/null 2>&1 && command -v apt-get >/dev/null 2>&1; then
+  apt update -q && apt install -y -q --no-install-recommends npm
+fi
+axe=target/axe/node_modules/axe-core/axe.min.js
+if [ ! -f "$axe" ] && command -v npm >/dev/null 2>&1; then
+  npm install --silent --no-audit --no-fund --prefix target/axe axe-core@4
+fi
+# Where both are there, no test of the page may be skipped.
+if browser >/dev/null && [ -f "$axe" ]; then export REQUIRE_BROWSER=1; fi
+
 # The maths half must stand without the rendering half.
 cargo check --release --package gemtrace-core --no-default-features
 # A backend without a device is a failure here, not a skip. `vulkan` alone is met by any Vulkan device; the software
