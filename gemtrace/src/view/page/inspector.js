@@ -80,7 +80,7 @@ function show(message) {
   spectrum($('#spectrum'), message.wavelengths, message.radiance);
   section($('#section'), message.section ?? undefined);
   $('#length').textContent = events.length
-    ? `${number(message.path.length, 1)} mm inside, ${events.length} events` : 'it meets no stone';
+    ? `${number(message.path.length, 1)} mm inside, ${events.length} event${events.length > 1 ? 's' : ''}` : 'it meets no stone';
   $('#events').replaceChildren(...events.map(row));
   Object.assign(marks, {
     side: asked.side, outline: message.outline ?? null, path: message.path, pixel: [asked.x, asked.y],
