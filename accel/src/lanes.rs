@@ -84,6 +84,8 @@ pub trait Lanes:
     fn least(self) -> f32;
     /// The numbers of the lanes whose bit is set to memory, without gaps; what follows them there is spoilt.
     fn pack(self, lanes: u16, to: &mut [f32; WIDTH]);
+    /// From memory, of each lane's record the four numbers at `place`.
+    fn fours<const N: usize>(records: &[&[[f32; 4]; N]; WIDTH], place: usize) -> [Self; 4];
     /// row · pitch + 3 · column where the mask is set, else 0. Rows and columns are whole and the result is in
     /// 0..2³¹.
     fn offsets(mask: Self::Mask, row: Self, column: Self, pitch: u32) -> [u32; WIDTH];

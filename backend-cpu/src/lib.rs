@@ -1,8 +1,8 @@
 //! The CPU backend of gemtrace, and the oracle that all backends are held to.
 //!
 //! * [`CPU`]: single precision, rayon over tiles. One convex stone is traced against its facet planes, sixteen
-//!   wavelengths at a time in the best [`Instructions`] that the machine has (`chain`); anything else through the
-//!   SBVH of `accel` (`tree`).
+//!   wavelengths at a time in the best [`Instructions`] that the machine has (`chain`), one convex crystal any sixteen rays at a
+//!   time (`stream`); anything else through the SBVH of `accel` (`tree`).
 //! * [`REFERENCE`]: double precision, every triangle tested for every ray, nothing clever. Slow, simple, and
 //!   what the others are compared with.
 //!

@@ -23,6 +23,7 @@ pub use nest::{Nest, Rank};
 pub use outline::{Outline, Side};
 pub use rounding::{Rounding, Span};
 pub use spectral::{Optics, SpectralTable};
+pub use substance::remarks as crystal_remarks;
 
 use crate::{
     Error, Warning,

@@ -191,7 +191,7 @@ impl RenderSettings {
         // the least work that brings 95 % of a diamond's pixels under lamps within ΔE00 1 of the converged picture.
         let (samples, count, tolerance, max_depth, threshold, split) = match quality {
             Quality::Draft => (1, 16, 0.0, 24, 1e-2, 0.25),
-            Quality::Normal => (729, 8, 0.6, 64, 1e-4, 0.25),
+            Quality::Normal => (729, 8, 0.6, 64, 1e-4, 0.1),
             Quality::Final => (2187, 8, 0.3, 256, 1e-5, 0.1),
         };
         // With areas the error falls as the number's inverse square, and so is an eighth of what three times as many change.

@@ -113,6 +113,17 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn fours<const N: usize>(records: &[&[[f32; 4]; N]; WIDTH], place: usize) -> [Self; 4] {
+        let mut fours = [Portable([0.0; WIDTH]); 4];
+        for i in 0..WIDTH {
+            for k in 0..4 {
+                fours[k].0[i] = records[i][place][k];
+            }
+        }
+        fours
+    }
+
+    #[inline(always)]
     fn pack(self, lanes: u16, to: &mut [f32; WIDTH]) {
         let mut place = 0;
         for i in 0..WIDTH {

@@ -65,6 +65,11 @@ impl Task for Operations {
             bits.extend(row.0.map(f32::to_bits));
         }
         bits.extend(offsets);
+        let fours = texels.as_chunks::<4>().0.as_chunks::<2>().0;
+        let records = std::array::from_fn(|lane| &fours[lane % 7]);
+        for four in V::fours(&records, 1) {
+            bits.extend(four.stored().0.map(f32::to_bits));
+        }
         for lanes in [0, 1, 0x8000, 0x1248, 0xfeed, mask.bits(), u16::MAX] {
             let mut packed = [0.0; WIDTH];
             a.pack(lanes, &mut packed);

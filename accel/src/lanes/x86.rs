@@ -265,6 +265,11 @@ impl Lanes for Avx512 {
     }
 
     #[inline(always)]
+    fn fours<const N: usize>(records: &[&[[f32; 4]; N]; WIDTH], place: usize) -> [Self; 4] {
+        quarters(&in_quarters(records, place))
+    }
+
+    #[inline(always)]
     fn apart<W: Work>(work: W) -> W::Output {
         // SAFETY: whoever names this type runs where its features are.
         unsafe { apart_512(work) }
@@ -323,6 +328,18 @@ fn columns(texels: &[f32], offsets: &[u32; WIDTH], pitch: u32, down: &Row) -> [[
         }
     }
     columns
+}
+
+/// The four numbers at a place of each lane's record, in the order of [`columns`].
+#[inline(always)]
+fn in_quarters<const N: usize>(records: &[&[[f32; 4]; N]; WIDTH], place: usize) -> [[f32; 4]; WIDTH] {
+    let mut fours = [[0.0; 4]; WIDTH];
+    for quarter in 0..WIDTH / 4 {
+        for m in 0..4 {
+            fours[4 * m + quarter] = records[4 * quarter + m][place];
+        }
+    }
+    fours
 }
 
 /// The first, second, third and fourth numbers of all lanes, from [`columns`].
@@ -488,6 +505,11 @@ impl Lanes for Avx2 {
         let [red, green, blue, next_red] = eighths(&columns[0]);
         let [next_green, next_blue, ..] = eighths(&columns[1]);
         mixed([red, green, blue], [next_red, next_green, next_blue], across)
+    }
+
+    #[inline(always)]
+    fn fours<const N: usize>(records: &[&[[f32; 4]; N]; WIDTH], place: usize) -> [Self; 4] {
+        eighths(&in_quarters(records, place))
     }
 
     #[inline(always)]

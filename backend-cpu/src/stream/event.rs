@@ -2,7 +2,7 @@
 
 use super::{
     Arrival, Stream,
-    lines::Lines,
+    lines::{Gathered, Lines},
     rays::{LINE, PLACE, Packet, Ray, Rays, beam},
 };
 use crate::{
@@ -48,14 +48,14 @@ struct Event<'a, V> {
 }
 
 /// [`Events::arrive`] as a function of its own.
-struct Arrive<'b, 'a, V: Lanes>(&'b mut Events<'a, V>, usize);
+struct Arrive<'b, 'a, V: Lanes>(&'b mut Events<'a, V>, usize, &'b mut Gathered);
 
 impl<V: Lanes> Work for Arrive<'_, '_, V> {
     type Output = ();
 
     #[inline(always)]
     fn work(self) {
-        self.0.arrive(self.1);
+        self.0.arrive(self.1, self.2);
     }
 }
 
@@ -96,18 +96,19 @@ impl<'a, V: Lanes> Events<'a, V> {
             left -= lanes;
         }
         self.stream.planes.exits(&self.beams, &mut self.exits[..count]);
+        let mut rows = [Row::default(); _];
         for k in 0..count {
-            V::apart(Arrive(self, k));
+            V::apart(Arrive(self, k, &mut rows));
         }
     }
 
     /// What happens to a packet at the surface.
     #[inline(always)]
-    fn arrive(&mut self, k: usize) {
+    fn arrive(&mut self, k: usize, rows: &mut Gathered) {
         let (alive, exit) = (self.beams[k].alive, self.exits[k]);
         let mut ray = Ray::<V>::load(&self.packets[k]);
-        let rows = self.lines.gather(&self.packets[k][LINE]);
-        let (bases, optics) = self.lines.optics(&rows);
+        self.lines.gather::<V>(&self.packets[k][LINE], rows);
+        let (bases, optics) = self.lines.optics(rows);
         let second = ray.depth.lt(V::splat(0.0));
         if let Some(exponent) = optics.fading(second, ray.wave, ray.direction, exit.distance) {
             ray.weight = ray.weight * exp2(exponent);
@@ -229,7 +230,8 @@ impl<'a, V: Lanes> Events<'a, V> {
             covered |= u16::from(arrival.covered) << lane;
         }
         let lanes = all & covered;
-        let rows = self.lines.gather(&line);
+        let mut rows = [Row::default(); _];
+        self.lines.gather::<V>(&line, &mut rows);
         let (bases, optics) = self.lines.optics(&rows);
         if behind && lanes != all {
             self.account.count(u64::from((all & !lanes).count_ones()));

@@ -1,7 +1,7 @@
 //! The spectral lines of a pixel's samples, and what rays of any sixteen of them meet.
 
 use crate::crystal::{FIGURES, Frame, Optics};
-use accel::lanes::{Row, WIDTH};
+use accel::lanes::{Lanes, Row, WIDTH};
 use spectral_core::{crystal::Crystal, lattice::order, prepare::PreparedScene, upsample::BASES};
 use std::ops::Range;
 
@@ -19,11 +19,12 @@ pub(super) struct Lines<'a> {
     count: usize,
 }
 
-const RECORD: usize = (BASES + FIGURES).next_multiple_of(WIDTH);
-type Record = [f32; RECORD];
+/// In fours.
+const RECORD: usize = (BASES + FIGURES).div_ceil(4);
+type Record = [[f32; 4]; RECORD];
 
 /// The records of sixteen lines, a lane each.
-pub(super) type Gathered = [Row; RECORD];
+pub(super) type Gathered = [Row; 4 * RECORD];
 
 impl<'a> Lines<'a> {
     pub fn new(scene: &'a PreparedScene, samples: Range<u32>, material: usize, frame: &'a Frame) -> Self {
@@ -41,9 +42,13 @@ impl<'a> Lines<'a> {
             for (basis, medium) in table.basis.iter().zip(&table.media[material]) {
                 // Without a crystal this scene would not be a stream.
                 let Some(line) = &medium.crystal else { continue };
-                let mut record = [0.0; RECORD];
+                let mut record = [[0.0; 4]; RECORD];
                 let figures = basis.iter().map(|b| *b as f32).chain(frame.figures(line));
-                record.iter_mut().zip(figures).for_each(|(number, figure)| *number = figure);
+                record
+                    .as_flattened_mut()
+                    .iter_mut()
+                    .zip(figures)
+                    .for_each(|(number, figure)| *number = figure);
                 lines.records.push(record);
                 lines.exact.push(&line.0);
                 lines.samples.push(number);
@@ -90,15 +95,16 @@ impl<'a> Lines<'a> {
 
     /// The records of sixteen lines, given by the bits of their numbers.
     #[inline(always)]
-    pub fn gather(&self, lines: &Row) -> Gathered {
-        let mut rows = [Row::default(); RECORD];
-        for lane in 0..WIDTH {
-            let record = &self.records[lines.0[lane].to_bits() as usize];
-            for k in 0..self.used {
-                rows[k].0[lane] = record[k];
+    pub fn gather<V: Lanes>(&self, lines: &Row, rows: &mut Gathered) {
+        let mut records = [&self.records[0]; WIDTH];
+        for (record, line) in records.iter_mut().zip(lines.0) {
+            *record = &self.records[line.to_bits() as usize];
+        }
+        for (place, rows) in rows.as_chunks_mut::<4>().0[..self.used.div_ceil(4)].iter_mut().enumerate() {
+            for (row, number) in rows.iter_mut().zip(V::fours(&records, place)) {
+                number.store(row);
             }
         }
-        rows
     }
 
     /// The bases and the optics of sixteen lines.

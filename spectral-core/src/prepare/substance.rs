@@ -58,8 +58,12 @@ pub(super) fn substances(stones: &[Stone]) -> Result<(Vec<Substance>, Vec<u32>),
     Ok((distinct, indices))
 }
 
-/// Remarks about crystals: stones too small to split light, and orientations that are not given or serve nothing.
-pub(super) fn remarks(stones: &[Stone]) -> Result<Vec<Warning>, Error> {
+/// Remarks about crystals: stones too small to split light, and orientations that are not given or serve nothing. A
+/// [`PreparedScene`](super::PreparedScene) has them among its warnings.
+///
+/// # Errors
+/// [`Error`] for a stone that cannot be placed.
+pub fn remarks(stones: &[Stone]) -> Result<Vec<Warning>, Error> {
     let mut warnings: Vec<Warning> = Vec::new();
     let mut remark = |text: String| {
         if !warnings.iter().any(|known| known.message == text) {
