@@ -49,9 +49,10 @@ const EDGES: std::ops::RangeInclusive<u32> = 16..=4096;
 pub fn serve(server: Server, stop: &dyn Fn() -> bool) -> Result<(), Error> {
     let failed = |e: std::io::Error| Error::output("the server", format!("cannot be run ({e})"));
     server.listener.set_nonblocking(true).map_err(failed)?;
+    let store = Arc::clone(&server.store);
     let runtime =
         tokio::runtime::Builder::new_current_thread().enable_io().enable_time().build().map_err(failed)?;
-    runtime.block_on(async {
+    let served = runtime.block_on(async {
         let listener = tokio::net::TcpListener::from_std(server.listener.try_clone().map_err(failed)?);
         let routes = routes(Arc::new(server));
         let listener = listener.map_err(failed)?;
@@ -64,7 +65,10 @@ pub fn serve(server: Server, stop: &dyn Fn() -> bool) -> Result<(), Error> {
             served = async { axum_serve(listener, routes).await } => served.map_err(failed),
             () = stopped => Ok(()),
         }
-    })
+    });
+    // Other threads hold it until the process ends.
+    store.clear();
+    served
 }
 
 fn routes(server: Arc<Server>) -> Router {

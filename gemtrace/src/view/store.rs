@@ -46,6 +46,12 @@ impl Store {
         &self.start
     }
 
+    /// Removes what was dropped.
+    pub fn clear(&self) {
+        // What cannot be removed lies among temporary files.
+        drop(std::fs::remove_dir_all(self.drops.path()));
+    }
+
     /// Allows a file that the command line named, or that a scene of the command line names.
     pub fn grant(&self, path: &Path) {
         if let Ok(path) = path.canonicalize() {
