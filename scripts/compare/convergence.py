@@ -9,7 +9,7 @@ COLOURS = {"diamond": "#222", "sapphire": "#26c", "quartz": "#b50"}
 
 HEAD = """<!-- Written by scripts/compare/beams.py: change it there. -->
 
-Measured in one run on an {processor}, one thread, in windows of so many pixels: {windows}. Errors are ΔE00, 95th percentile, against areas of 81 offsets with a threshold of 10⁻⁶,
+Measured on an {processor}, one thread, in windows of so many pixels: {windows}. Errors are ΔE00, 95th percentile, against areas of 81 offsets with a threshold of 10⁻⁶,
 with at most 64 events, for the other stones 256. Times are user CPU, as ratios.
 
 """
@@ -88,7 +88,7 @@ def plot(curves):
             parts.append(f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="end" fill="{COLOURS[name]}">'
                          f'{escape(f"{name}, {kind}")}</text>')
     parts.append(f'<text x="{WIDTH / 2}" y="{HEIGHT - 14}" text-anchor="middle">'
-                 'CPU time, in units of one sample of areas of the same scene</text>')
+                 'CPU time, in units of areas of 27 offsets of the same scene</text>')
     parts.append(f'<text x="{LEFT}" y="16">error: ΔE00, 95th percentile; numbers are samples a pixel</text>')
     body = "\n".join(parts)
     head = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" font-family="sans-serif" font-size="12">'
