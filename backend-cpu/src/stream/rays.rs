@@ -65,7 +65,8 @@ impl Rays {
             place,
             line,
         ];
-        let end = self.count + WIDTH;
+        // Whole packets are written, and read from any ray on.
+        let end = self.count + 2 * WIDTH;
         if self.columns[0].len() < end {
             self.grow(end);
         }
