@@ -46,6 +46,8 @@ pub(crate) struct Planes {
     large: usize,
     /// By how much the sides are moved inwards, mm.
     margin: f32,
+    /// Of a sphere about the local origin that holds the stone, mm.
+    radius: f32,
 }
 
 /// The exits of rays from the stone.
@@ -101,7 +103,8 @@ impl Planes {
         let (candidates, large) = search::candidates(geometry, stone);
         let sides = sides.as_chunks().0.to_vec();
         let margin = geometry.rounding().margin;
-        Planes { blocks: search::blocks(facets), facets: bounded, sides, candidates, large, margin }
+        let radius = geometry.radius as f32;
+        Planes { blocks: search::blocks(facets), facets: bounded, sides, candidates, large, margin, radius }
     }
 
     /// How many there are.
@@ -124,6 +127,11 @@ impl Planes {
     /// By how much the sides are moved inwards, mm.
     pub fn margin(&self) -> f32 {
         self.margin
+    }
+
+    /// Radius of a sphere about the local origin that holds the stone, mm.
+    pub fn radius(&self) -> f32 {
+        self.radius
     }
 
     /// Whether a point in a facet's plane is well inside its polygon.
@@ -179,7 +187,16 @@ impl Planes {
     #[inline(always)]
     pub fn verify<V: Lanes>(&self, origin: Triple<V>, direction: Triple<V>, facet: usize) -> (Exit<V>, u16) {
         let (exit, beyond) = self.meet(origin, direction, facet);
-        (exit, beyond.lt(V::splat(0.0)).bits())
+        let inside = self.well_inside(exit.cosine, beyond);
+        (exit, inside)
+    }
+
+    /// The lanes whose points are inside by enough: their error along the ray is that of the distance from the plane over the
+    /// cosine, so the margin counts so many times. The sides have it once.
+    #[inline(always)]
+    pub fn well_inside<V: Lanes>(&self, cosine: V, beyond: V) -> u16 {
+        let (margin, cosine) = (V::splat(self.margin), cosine.abs());
+        beyond.fma(cosine, cosine.fnma(margin, margin)).lt(V::splat(0.0)).bits()
     }
 
     /// The same; instead of the bits by how much each point is beyond the nearest side, mm, which is below 0 inside. Nothing

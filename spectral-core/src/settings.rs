@@ -89,7 +89,7 @@ impl Coverage {
 pub struct Area {
     /// The most places of the wavelengths in their cells.
     pub offsets: u32,
-    /// As [`RenderSettings::tolerance`], but each pixel is judged by itself.
+    /// As [`RenderSettings::tolerance`], for blocks of 2 × 2 pixels.
     pub tolerance: f64,
 }
 
@@ -197,7 +197,7 @@ impl RenderSettings {
         // With areas the error falls as the number's inverse square, and so is an eighth of what three times as many change.
         let (coverage, offsets, change) = match quality {
             Quality::Draft => (Coverage::Points, 3, 0.0),
-            Quality::Normal => (Coverage::Auto, 27, 3.0),
+            Quality::Normal => (Coverage::Auto, 27, 4.5),
             Quality::Final => (Coverage::Auto, 81, 1.0),
         };
         let area = Area { offsets, tolerance: change };
@@ -232,9 +232,10 @@ impl RenderSettings {
     }
 
     /// Edge of the blocks of pixels that are [settled](crate::film::Film::settle) together. All points of one pixel may miss a
-    /// small lamp, but those of sixteen pixels rarely do. An area misses nothing.
+    /// small lamp, but those of sixteen pixels rarely do. An area misses nothing, but three positions of its wavelengths may happen
+    /// to be as the first alone, which those of four pixels rarely are.
     pub fn block(&self) -> u32 {
-        if self.coverage == Coverage::Area { 1 } else { BLOCK }
+        if self.coverage == Coverage::Area { 2 } else { BLOCK }
     }
 
     /// Where sample `index` lies in its pixel, as [`pixel_offset`] has it; where there is a tolerance, as
@@ -382,7 +383,7 @@ mod tests {
         let coverage = Coverage::ALL.map(|coverage| of(coverage).coverage);
         assert_eq!(coverage, [Coverage::Points, Coverage::Points, Coverage::Area]);
         let area = of(Coverage::Area).of_area();
-        assert_eq!((area.samples, area.tolerance, area.block()), (5, 0.0, 1));
+        assert_eq!((area.samples, area.tolerance, area.block()), (5, 0.0, 2));
         assert_eq!(RenderSettings::default().at(Quality::Draft).coverage, Coverage::Points);
     }
 

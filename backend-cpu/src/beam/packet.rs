@@ -169,7 +169,12 @@ impl<V: Lanes> Travellers<V> for Packet {
     fn verify(&self, planes: &Planes, facet: u16) -> (Meeting<V>, u16) {
         let (origin, direction) = (Triple::<V>::load(&self.origin), Triple::load(&self.direction));
         let (exit, beyond) = planes.meet(origin, direction, usize::from(facet));
-        let inside = beyond.lt(V::splat(0.0)).bits();
+        // Where rays are far apart, a centroid's may begin outside of the stone: at several facets at once, or so far away that
+        // the margin does not cover its rounding. Only a search of its own decides then.
+        let (zero, radius) = (V::splat(0.0), planes.radius());
+        let near =
+            origin.dot(origin).lt(V::splat(radius * radius)) & exit.distance.lt(V::splat(2.0 * radius));
+        let inside = planes.well_inside(exit.cosine, beyond) & (near & zero.lt(exit.distance)).bits();
         (Meeting { exit, facet: V::splat(f32::from(facet)), inside: -beyond }, inside)
     }
 

@@ -25,6 +25,10 @@ pub(super) struct Pencil {
     pub direction_by: [Vec3A; 2],
 }
 
+/// The least cosine at which a pencil meets a plane: where rays are far apart, that of the centroid of a part may pass the
+/// plane by.
+const GRAZING: f32 = 1e-6;
+
 /// Where a pencil meets a plane.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Met {
@@ -48,7 +52,7 @@ impl Pencil {
 
     /// Where it meets a plane n · x = d.
     pub fn met(&self, normal: Vec3A, offset: f32) -> Met {
-        let cosine = normal.dot(self.direction).max(f32::MIN_POSITIVE);
+        let cosine = normal.dot(self.direction).max(GRAZING);
         let distance = (offset - normal.dot(self.origin)).max(0.0) / cosine;
         let by = [0, 1].map(|axis| {
             let across = self.origin_by[axis] + self.direction_by[axis] * distance;
@@ -81,7 +85,8 @@ impl Part {
     fn cut_along(&mut self, at: f64, by: [f64; 2], waiting: &mut Vec<Part>) {
         let value = |[u, v]: [f64; 2]| at + u * by[0] + v * by[1];
         let least = LEAST_DISTANCE * (by[0].abs() + by[1].abs());
-        if self.polygon.vertices().iter().all(|&vertex| value(vertex) <= least) {
+        // Not finite where rays are so far apart that they are no longer known.
+        if !least.is_finite() || self.polygon.vertices().iter().all(|&vertex| value(vertex) <= least) {
             return;
         }
         let (mut inside, mut outside) = (self.polygon, Polygon::EMPTY);
