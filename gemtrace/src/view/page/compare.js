@@ -75,7 +75,6 @@ function compare() {
 }
 
 function changed() {
-  if (!app.state.compare && app.side === 'B') { app.side = 'A'; tell('side', 'A'); }
   arrange();
   tags();
 }

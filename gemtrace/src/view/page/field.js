@@ -37,7 +37,7 @@ export function slider(row, { label, min, max, step, unit }, change) {
   const format = value => number(value, digits, min < 0) + (unit === '°' ? '°' : ` ${unit}`);
   const show = value => {
     now = value;
-    if (value > range.max) range.max = value * 2;
+    range.max = value > max ? value * 2 : max;
     range.value = value;
     const share = v => (v - min) / (range.max - min) * 100, zero = min < 0 ? share(0) : 0;
     range.style.setProperty('--a', `${Math.min(zero, share(value))}%`);
@@ -47,7 +47,7 @@ export function slider(row, { label, min, max, step, unit }, change) {
     range.setAttribute('aria-valuetext', text);
     row.classList.toggle('changed', opened != null && Math.abs(value - opened) > step / 2);
   };
-  const to = (value, done) => { value = clamp(value, min, Math.max(max, Number(range.max))); show(value); change(value, done); };
+  const to = (value, done) => { show(value); change(value, done); };     // whether it can be is for the server to say
   range.addEventListener('input', () => to(Number(range.value), false));
   range.addEventListener('change', () => to(Number(range.value), true));
   numeric(field, {
@@ -58,7 +58,7 @@ export function slider(row, { label, min, max, step, unit }, change) {
   row.classList.add('row');
   row.append(name, range, field);
   return {
-    range, field, step: d => to(now + d * step, true),
+    range, field, step: d => to(clamp(now + d * step, min, max), true),
     show(value, first) { opened = first; if (document.activeElement !== range || !range.matches(':active')) show(value); },
   };
 }

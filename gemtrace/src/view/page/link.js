@@ -60,7 +60,10 @@ function receive({ data }) {
     failures = 0;
     app.hello = message;
   }
-  if (message.type === 'state') app.state = message;
+  if (message.type === 'state') {
+    app.state = message;
+    if (!message.sides[app.side]) app.side = 'A';              // the second stone was put away
+  }
   tell(message.type, message);
 }
 

@@ -12,6 +12,7 @@ const layers = { A: $('#view-a .ov'), B: $('#view-b .ov') };
 /** What to draw: an outline, and a path on the side where it was asked for. */
 export const marks = { side: 'A', outline: null, path: null, pixel: null, hover: null };
 let answered = 0;                          // when the last picture came
+let ahead = false;                         // whether the stone was moved since
 
 const text = points => points.map(p => `${p[0].toFixed(1)},${p[1].toFixed(1)}`).join(' ');
 
@@ -66,7 +67,7 @@ function path({ events, exit }, project, s, [x, y]) {
 
 function late(name) {
   if (!pictures[name].header) return true;
-  return app.gesture && (!connected() || performance.now() - answered > 400);
+  return ahead && (!connected() || performance.now() - answered > 400);
 }
 
 function drawSide(name) {
@@ -90,7 +91,7 @@ export const redraw = framed(() => { drawSide('A'); if (app.state?.compare) draw
 export function start() {
   for (const type of ['state', 'pose', 'layout', 'compare']) listen(type, redraw);
   let late = 0;
-  listen('pose', () => { clearTimeout(late); late = setTimeout(redraw, 450); });
-  listen('shown', () => { answered = performance.now(); redraw(); });
+  listen('pose', () => { ahead = true; clearTimeout(late); late = setTimeout(redraw, 450); });
+  listen('shown', () => { answered = performance.now(); ahead = Boolean(app.gesture); redraw(); });
   listen('lost', redraw);
 }

@@ -54,17 +54,13 @@ export function basis([a, b, c]) {
   return unit([c[0] + a[2], c[1] + b[2], 1 + m22 - m00 - m11, a[1] - b[0]]);
 }
 
-/** The world's axes right, up and towards the eye, as seen from the stone's middle. */
-function towards(camera, middle) {
-  const back = camera.fov == null ? camera.forward.map(v => -v) : unit(minus(camera.eye, middle));
-  const right = unit(cross(camera.up, back));
-  return basis([right, cross(back, right), back]);
-}
+/** The picture's axes right, up and towards the eye, in the world. */
+const towards = ({ right, up, forward }) => basis([right, up, forward.map(v => -v)]);
 
-/** A pose as a person says it: how far the table is tilted from the eye and to which side, and its turn about its normal. */
-export function angles(pose, { camera, middle, normal = [0, 0, 1] }) {
+/** A pose as a person says it: how far the table is tilted from the line of sight and to which side, and its turn about its normal. */
+export function angles(pose, { camera, normal = [0, 0, 1] }) {
   const level = between([0, 0, 1], unit(normal));
-  const seen = times(inverse(towards(camera, middle)), times(pose, level));
+  const seen = times(inverse(towards(camera)), times(pose, level));
   const n = turned(seen, [0, 0, 1]);
   const swing = between([0, 0, 1], n);
   const spin = times(inverse(swing), seen);
@@ -75,11 +71,11 @@ export function angles(pose, { camera, middle, normal = [0, 0, 1] }) {
 }
 
 /** The pose of these angles. */
-export function posed({ tilt, side, turn }, { camera, middle, normal = [0, 0, 1] }) {
+export function posed({ tilt, side, turn }, { camera, normal = [0, 0, 1] }) {
   const axis = [-Math.sin(side * DEGREE), Math.cos(side * DEGREE), 0];
   const seen = times(about(axis, tilt * DEGREE), about([0, 0, 1], turn * DEGREE));
   const level = between([0, 0, 1], unit(normal));
-  return times(times(towards(camera, middle), seen), inverse(level));
+  return times(times(towards(camera), seen), inverse(level));
 }
 
 /** Degrees from −180 to 180. */

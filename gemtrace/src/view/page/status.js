@@ -42,7 +42,8 @@ function percent(share) {
 function seen(name) {
   const s = latest[name], header = pictures[name].header;
   const ahead = s?.stage === 'settled' && !(header?.stage === 'settled' && (header.answers ?? 0) >= (s.answers ?? 0));
-  return ahead ? { ...s, stage: header ? 'refining' : 'start' } : s;
+  const still = s?.stage === 'moving' && !app.gesture;       // the first coarse frames, with no hand on the stone
+  return ahead || still ? { ...s, stage: pictures[name].size ? 'refining' : 'start' } : s;
 }
 
 function show() {
