@@ -9,6 +9,7 @@ use spectral_core::camera::Projection;
 use spectral_core::dispersion::Dispersion;
 use spectral_core::material::{Catalogue, Kind, Material};
 use spectral_core::mesh::Mesh;
+use spectral_core::prepare::crystal_remarks;
 use spectral_core::scene::Stone;
 use spectral_core::settings::RenderSettings;
 use spectral_core::wavelength::WavelengthGrid;
@@ -48,6 +49,8 @@ impl Subject {
             // GemRay knows one index.
             subject.stone.material = Arc::new(subject.stone.material.isotropic());
             subject.stone.width = Some(Conditions::GEMRAY_SCALE * subject.stone.file_width());
+        } else {
+            subject.warnings.extend(crystal_remarks(std::slice::from_ref(&subject.stone))?);
         }
         let name = args.file.file_name().unwrap_or_default().to_string_lossy();
         subject.title = format!("{name}, {}", subject.stone.material.name);
