@@ -145,7 +145,7 @@ fn samples_go_where_they_change_the_picture() {
 #[test]
 fn settling_gives_the_same_bits_however_the_work_is_divided() {
     let cells = WavelengthGrid::midpoints([400.0, 700.0], 2).expect("two cells");
-    let plain = RenderSettings { wavelengths: cells, jitter: true, ..settings(&[550.0]) };
+    let plain = RenderSettings { wavelengths: cells, jitter: true, threshold: 1e-5, ..settings(&[550.0]) };
     for coverage in [Coverage::Points, Coverage::Area] {
         let settings = RenderSettings { coverage, ..plain.clone() }.with_samples(27).with_tolerance(1.0);
         settling_gives_the_same_bits(&settings);
