@@ -101,6 +101,37 @@ fn rays(geometry: &Geometry, noise: &mut impl FnMut() -> f32, round: usize) -> [
     rows
 }
 
+/// Rays that begin just below a facet and graze it towards one of its edges: the error of a point along its ray is large.
+fn grazing(geometry: &Geometry, noise: &mut impl FnMut() -> f32, round: usize) -> [[Row; 3]; 2] {
+    let mut rows = [[Row::default(); 3]; 2];
+    for lane in 0..WIDTH {
+        let triangle = geometry.triangles[(round * WIDTH + lane) % geometry.triangles.len()];
+        let [a, b, c] = triangle.map(|corner| geometry.positions[corner as usize]);
+        let origin = a * (1.0 - 2e-3 - 1e-3 * f64::from(noise()));
+        let aim = b.lerp(c, 0.5 + 0.4 * f64::from(noise())) * (1.0 + 4e-6 * f64::from(noise()));
+        put(&mut rows[0], lane, origin.as_vec3().to_array());
+        put(&mut rows[1], lane, (aim - origin).normalize().as_vec3().to_array());
+    }
+    rows
+}
+
+#[test]
+fn where_a_ray_grazes_a_facet_the_guess_does_not_show_either() {
+    for shape in ShapeSpec::NAMES {
+        let (chain, scene) = chain(shape);
+        let mut noise = noise(3);
+        for round in 0..300 {
+            let rows = grazing(&scene.geometry, &mut noise, round);
+            let results = chain.instructions.run(Guesses(&chain, rows, scene.geometry.facets.len()));
+            for lane in 0..WIDTH {
+                let whole = results.iter().step_by(3).map(|result| result.map(|row| row.0[lane].to_bits()));
+                let distinct: std::collections::BTreeSet<_> = whole.collect();
+                assert_eq!(distinct.len(), 1, "{shape}, round {round}, lane {lane}");
+            }
+        }
+    }
+}
+
 /// Packets of rays, together and each by itself.
 struct Company<'a>(&'a Chain, &'a [Beam]);
 
