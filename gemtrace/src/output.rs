@@ -2,14 +2,14 @@
 //!
 //! | | PNG | EXR |
 //! |---|---|---|
-//! | values | 8 or 16 bits, sRGB transfer, clipped to 0–1 after `exposure` | 32-bit float, linear, unclamped: negative values are real colours outside the space |
+//! | values | 8 or 16 bits, sRGB transfer, in 0–1 by the `tone` after `exposure` | 32-bit float, linear, unclamped: negative values are real colours outside the space |
 //! | spaces | sRGB, P3 and Rec. 2020 (labelled by a cICP chunk) | all, by `chromaticities` |
 //! | alpha | straight | premultiplied |
 //! | spectra | none | with `spectral = true`, one channel a wavelength |
 //!
 //! Alpha is the stones' coverage where the scene's background is transparent, else 1; a pixel that an
-//! interrupted render never reached has alpha 0. There is no tone curve and no dithering: the same film
-//! gives the same bytes.
+//! interrupted render never reached has alpha 0. There is no dithering: the same film gives the
+//! same bytes.
 //!
 //! A file appears under its name only when it is complete: it is written beside it under a temporary
 //! name, flushed to the disk and renamed. An interrupted render leaves the asked-for name alone and

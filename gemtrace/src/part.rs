@@ -143,6 +143,7 @@ pub fn write(
             space: picture.options.space.name().to_owned(),
             bits: picture.options.depth.bits(),
             exposure: picture.options.exposure,
+            tone: picture.options.tone.unwrap_or_default(),
             transparent: picture.transparent,
             backdrop: picture.backdrop,
             outputs: names(targets)?,

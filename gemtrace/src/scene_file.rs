@@ -44,6 +44,7 @@ pub use overrides::Override;
 use source::Sources;
 pub use source::{Assets, Gate, SourceFile};
 use spectral_core::Warning;
+use spectral_core::color::Tone;
 use spectral_core::film::Film;
 use spectral_core::scene::Scene;
 use spectral_core::settings::RenderSettings;
@@ -69,6 +70,8 @@ pub struct LoadedScene {
     pub backdrop: Option<[f64; 3]>,
     /// Stops that the picture is brightened by where it is shown (PNG), beside what is asked for elsewhere.
     pub exposure: f64,
+    /// How it is shown there where a screen cannot show a colour, unless something else is asked for elsewhere.
+    pub tone: Tone,
     /// The point about which `[pose]` turns the stones, mm; `None` without stones.
     pub pivot: Option<DVec3>,
     /// What was accepted with a remark.
@@ -85,9 +88,9 @@ impl From<Scene> for LoadedScene {
     fn from(scene: Scene) -> Self {
         let (name, hash) = (String::new(), String::new());
         let settings = RenderSettings::default();
-        let (backdrop, exposure, pivot) = (None, 0.0, None);
+        let (backdrop, exposure, tone, pivot) = (None, 0.0, Tone::default(), None);
         let (warnings, files) = (Vec::new(), Vec::new());
-        LoadedScene { name, scene, settings, backdrop, exposure, pivot, warnings, hash, files }
+        LoadedScene { name, scene, settings, backdrop, exposure, tone, pivot, warnings, hash, files }
     }
 }
 
@@ -160,6 +163,7 @@ fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> 
         settings,
         backdrop: view.backdrop,
         exposure: view.exposure,
+        tone: view.tone,
         pivot: middle.map(|middle| middle * scale),
         warnings: sources.warnings,
         hash,

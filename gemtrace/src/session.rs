@@ -105,7 +105,7 @@ pub struct Session {
     shown: Option<[Arc<PreparedScene>; 2]>,
     /// What the files of the latest scene were decoded to.
     pub assets: Assets,
-    /// Colour space, bits and exposure of the pictures.
+    /// Colour space, bits, exposure and tone of the pictures.
     pub output: Options,
 }
 

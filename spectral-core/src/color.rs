@@ -1,4 +1,5 @@
-//! Tristimulus values and RGB: colour spaces from their primaries, the response of a grid, colour differences.
+//! Tristimulus values and RGB: colour spaces from their primaries, the response of a grid, colour differences, and how
+//! colours are shown that a screen cannot show.
 //!
 //! An RGB space consists of three primaries and a white. Let the columns of P be the chromaticities of the primaries,
 //! (x/y, 1, z/y) each. The columns of the matrix from linear RGB to XYZ are the primaries, scaled so that (1, 1, 1) gives
@@ -19,10 +20,14 @@
 
 mod difference;
 pub mod matrix;
+mod oklab;
 mod response;
+mod tone;
 
 pub use difference::{delta_e_2000, lab};
+pub use oklab::Oklab;
 pub use response::Response;
+pub use tone::{Tone, ViewTransform};
 
 use crate::Error;
 use matrix::{IDENTITY, Matrix, apply, inverse, product, scale_rows, transpose};

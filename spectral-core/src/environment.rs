@@ -17,6 +17,7 @@ mod studio;
 pub use ground::{Ground, GroundFrame};
 pub use model::{Head, LightModel, Pattern};
 
+use crate::color::{Oklab, RgbSpace};
 use crate::{Error, Warning, cie::Illuminant};
 use glam::DVec3;
 use std::f64::consts::{PI, TAU};
@@ -38,8 +39,8 @@ impl LatLong {
 
     /// An image of `width` × `height` texels, row by row from +z, left to right in u.
     ///
-    /// Texels that are not finite become black, negative components (colours outside sRGB) become 0; both
-    /// are counted in the warnings.
+    /// Texels that are not finite become black; those outside sRGB, which have negative components, come in along their hue
+    /// and lightness ([`Oklab::without_negatives`]). Both are counted in the warnings.
     ///
     /// # Errors
     /// [`Error::Value`] where the size is zero, too large, or not that of `texels`.
@@ -103,13 +104,14 @@ impl LatLong {
     }
 }
 
-/// Negative components that are set to 0 brighten the light by their share of it. Below this one nobody sees it: at white
-/// L* = 116 Y^⅓ − 16 then changes by less than 1. Lossy compression leaves about as much beside lamps.
+/// Negative components are said only from this share of the light on: below it nobody sees what was changed. Lossy
+/// compression leaves about as much beside lamps.
 const VISIBLE: f64 = 0.025;
 
 fn clean(texels: &mut [[f32; 3]]) -> Vec<Warning> {
     let (mut broken, mut negative) = (0usize, 0usize);
     let (mut light, mut cut) = (0.0, 0.0);
+    let oklab = Oklab::of(RgbSpace::Srgb);
     for texel in texels.iter_mut() {
         if !texel.iter().all(|c| c.is_finite()) {
             *texel = [0.0; 3];
@@ -117,7 +119,7 @@ fn clean(texels: &mut [[f32; 3]]) -> Vec<Warning> {
         }
         let below: f64 = texel.iter().map(|c| f64::from(-c.min(0.0))).sum();
         if below > 0.0 {
-            *texel = texel.map(|c| c.max(0.0));
+            *texel = oklab.without_negatives(texel.map(f64::from)).map(|c| c as f32);
             negative += 1;
             cut += below;
         }
@@ -132,8 +134,8 @@ fn clean(texels: &mut [[f32; 3]]) -> Vec<Warning> {
     }
     if cut > VISIBLE * light {
         warnings.push(Warning::new(format!(
-            "{negative} of the environment's {total} texels lie outside sRGB; their negative components, {:.2} % of \
-             its light, were set to 0",
+            "{negative} of the environment's {total} texels lie outside sRGB, by {:.2} % of its light; \
+             they lost as much chroma as sRGB does not have",
             100.0 * cut / (light + cut)
         )));
     }
@@ -290,7 +292,10 @@ mod tests {
     fn broken_texels_are_counted_and_replaced() {
         let texels = vec![[f32::NAN, 1.0, 1.0], [1.0, f32::INFINITY, 0.0], [-0.5, 1.0, 1.0], [1.0; 3]];
         let (image, warnings) = LatLong::new(2, 2, texels).unwrap();
-        assert_eq!(image.texels(), [[0.0; 3], [0.0; 3], [0.0, 1.0, 1.0], [1.0; 3]]);
+        let [broken @ .., [r, g, b], white] = image.texels() else { panic!("four texels") };
+        assert!(broken == [[0.0; 3]; 2] && *white == [1.0; 3]);
+        // As light as it was, and as cyan as sRGB has it.
+        assert!((0.0..1e-5).contains(r) && (0.7..0.9).contains(g) && (0.7..0.9).contains(b), "{r} {g} {b}");
         assert!(warnings[0].message.starts_with("2 of the environment's 4 texels"));
         assert!(warnings[1].message.starts_with("1 of the environment's 4 texels"));
     }

@@ -5,13 +5,14 @@ mod dichroscope;
 mod swatch;
 
 use super::table;
-use crate::arguments::{Rendering, parse_stops};
+use crate::arguments::{Rendering, one_of, parse_stops};
 use crate::console::{Console, Report};
 use appearance::{Colour, REFLECTED, transmitted};
 use dichroscope::Character;
 use gemtrace::plot::{Curve, Panel, svg};
 use gemtrace::{Error, output};
 use serde_json::{Value, json};
+use spectral_core::color::Tone;
 use spectral_core::dispersion::{Dispersion, fraunhofer};
 use spectral_core::material::{Catalogue, Kind, Material};
 use spectral_core::wavelength::WavelengthGrid;
@@ -43,6 +44,9 @@ pub struct Args {
     /// Brighten the sheet by this many stops.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// How colours are shown that a screen cannot show: cut off, with their hue kept, or on the Khronos PBR Neutral curve.
+    #[arg(long, value_name = "NAME", default_value = "hue", ignore_case = true, value_parser = one_of(&Tone::ALL, Tone::name))]
+    pub tone: Tone,
 }
 
 /// Lists the catalogue, or describes one material.

@@ -1,7 +1,7 @@
 //! `gemtrace turntable` and `gemtrace tilt`.
 
 use super::batch;
-use crate::arguments::{Rendering, parse_stops};
+use crate::arguments::{Rendering, one_of, parse_stops};
 use crate::console::{Console, Report};
 use gemtrace::batch::{Pictures, Place};
 use gemtrace::output::{Format, animation};
@@ -10,6 +10,7 @@ use gemtrace::sequence::Motion;
 use gemtrace::shard::Shard;
 use gemtrace::{Error, output};
 use serde_json::json;
+use spectral_core::color::Tone;
 use std::path::{Path, PathBuf};
 
 /// What turntables and tilts have in common.
@@ -48,6 +49,10 @@ pub struct Frames {
     /// Brighten what is shown by this many stops, the same for all frames; EXRs keep the scene's own values.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// How colours are shown that a screen cannot show, in place of what the scene says: cut off, with their hue kept, or on the
+    /// Khronos PBR Neutral curve.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Tone::ALL, Tone::name))]
+    pub tone: Option<Tone>,
 }
 
 /// Arguments of `turntable`.
@@ -105,6 +110,7 @@ fn run(args: &Frames, motion: Motion, console: &mut Console) -> Result<Report, E
     let folder = args.output.clone().unwrap_or_else(|| format!("{}-{}", draft.stem(), motion.name()).into());
     let mut pictures = Pictures::default();
     pictures.options.exposure = args.exposure;
+    pictures.options.tone = args.tone;
     pictures.formats.extend(args.exr.then_some(Format::Exr));
     let plan = motion.plan(&draft, args.frames, pictures)?.with(args.rendering.overrides());
     let place = Place { output: folder.clone(), shard };

@@ -12,7 +12,7 @@ use gemtrace::session::Rendered;
 use gemtrace::shard::Shard;
 use gemtrace::{Error, Session, registry};
 use outcome::Outcome;
-use spectral_core::color::RgbSpace;
+use spectral_core::color::{RgbSpace, Tone};
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::tracer::Backend;
@@ -39,6 +39,10 @@ pub struct Args {
     /// Brighten the PNG by this many stops; the EXR keeps the scene's own values.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// How colours are shown that a screen cannot show, in place of what the scene says: cut off, with their hue kept, or on the
+    /// Khronos PBR Neutral curve.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Tone::ALL, Tone::name))]
+    pub tone: Option<Tone>,
     /// Render the i-th of n shares of the picture's rows into NAME.part-I-of-N.exr, for 'gemtrace merge' to join; auto:
     /// the share that Slurm or Kubernetes gives.
     #[arg(long, value_name = "I/N")]
@@ -95,7 +99,7 @@ pub fn run_among(backends: &[Backend], args: &Args, console: &mut Console) -> Re
     if !rendered.traced.finished && (!shard.is_whole() || !has_samples(&film)) {
         return Err(rendered.failure.unwrap_or(Error::Interrupted));
     }
-    let options = Options { space: args.space, depth: args.bits, exposure: args.exposure };
+    let options = Options { space: args.space, depth: args.bits, exposure: args.exposure, tone: args.tone };
     let picture = rendered.picture(film, &scene, &loaded, options);
     let written = write(shard, &targets, &picture, &rendered);
     let outcome = Outcome { scene, rendered, written, warnings, elapsed: start.elapsed() };

@@ -3,11 +3,12 @@
 mod axes;
 mod sizes;
 
-use crate::arguments::{Rendering, parse_stops};
+use crate::arguments::{Rendering, one_of, parse_stops};
 use crate::console::{Console, Report};
 use clap::Subcommand;
 use gemtrace::scene_file::{Draft, LoadedScene};
 use gemtrace::{Error, Session, output};
+use spectral_core::color::Tone;
 use std::path::PathBuf;
 
 /// Arguments of `sheet`.
@@ -41,6 +42,10 @@ pub struct Common {
     /// Brighten what is shown by this many stops, the same for all pictures.
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_stops)]
     pub exposure: f64,
+    /// How colours are shown that a screen cannot show, in place of what the scene says: cut off, with their hue kept, or on the
+    /// Khronos PBR Neutral curve.
+    #[arg(long, value_name = "NAME", ignore_case = true, value_parser = one_of(&Tone::ALL, Tone::name))]
+    pub tone: Option<Tone>,
 }
 
 /// Pictures side by side before a new row begins.
@@ -66,6 +71,7 @@ impl Common {
     ) -> Result<(Session, Draft, LoadedScene, PathBuf), Error> {
         let mut session = self.rendering.session()?;
         session.output.exposure = self.exposure;
+        session.output.tone = self.tone;
         let first = session.load(&self.scene)?;
         first.warnings.iter().for_each(|warning| console.warn(warning));
         if first.scene.stones.is_empty() {

@@ -26,7 +26,7 @@ pub struct Item {
 pub struct Pictures {
     /// The files made of each item.
     pub formats: Vec<Format>,
-    /// Colour space, bits and exposure.
+    /// Colour space, bits, exposure and tone.
     pub options: Options,
 }
 
@@ -181,6 +181,7 @@ impl Pictures {
             "space": self.options.space.name(),
             "bits": self.options.depth.bits(),
             "exposure": self.options.exposure,
+            "tone": self.options.tone,
         })
     }
 }

@@ -39,7 +39,8 @@ use crate::{Error, import};
 use axis::{Axes, Axis, Choice};
 use base::Base;
 use serde_json::Map;
-use spectral_core::{color::RgbSpace, shown};
+use spectral_core::color::{RgbSpace, Tone};
+use spectral_core::shown;
 use std::path::Path;
 use template::Template;
 use toml::Table;
@@ -129,6 +130,10 @@ fn pictures(root: &Fields) -> Result<Pictures, Error> {
         let stops = entry.number(expected)?;
         pictures.options.exposure =
             Some(stops).filter(|stops| stops.abs() <= 64.0).ok_or_else(|| entry.refuse(expected))?;
+    }
+    if let Some(entry) = root.get("tone") {
+        let name = entry.text(&format!("one of {}", either(&Tone::ALL.map(Tone::name))))?;
+        pictures.options.tone = Some(Tone::by_name(name).map_err(|e| entry.error(e))?);
     }
     Ok(pictures)
 }

@@ -5,7 +5,8 @@ use super::exr;
 use super::{Depth, Format, Provenance, Target, file, png};
 use crate::Error;
 use crate::scene_file::LoadedScene;
-use spectral_core::color::{RgbSpace, matrix};
+use rayon::prelude::*;
+use spectral_core::color::{RgbSpace, Tone, ViewTransform, matrix};
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Background;
@@ -24,12 +25,14 @@ pub struct Options {
     pub depth: Depth,
     /// Stops (powers of two) that the PNG is brightened by. The EXR keeps the scene's own values.
     pub exposure: f64,
+    /// How the PNG shows colours that a screen cannot show; `None`: as the scene says.
+    pub tone: Option<Tone>,
 }
 
 impl Default for Options {
-    /// sRGB, 8 bits, as bright as the scene.
+    /// sRGB, 8 bits, as bright as the scene, in the scene's tone.
     fn default() -> Self {
-        Options { space: RgbSpace::Srgb, depth: Depth::Eight, exposure: 0.0 }
+        Options { space: RgbSpace::Srgb, depth: Depth::Eight, exposure: 0.0, tone: None }
     }
 }
 
@@ -44,7 +47,7 @@ pub struct Picture {
     pub transparent: bool,
     /// A colour to put behind what is transparent, linear sRGB as it is shown: the exposure leaves it alone.
     pub backdrop: Option<[f64; 3]>,
-    /// Colour space, bits, exposure.
+    /// Colour space, bits, exposure, tone.
     pub options: Options,
     /// What goes into the headers.
     pub provenance: Provenance,
@@ -60,10 +63,12 @@ impl Picture {
         report: &TraceReport,
         options: Options,
     ) -> Self {
-        let options = Options { exposure: options.exposure + loaded.exposure, ..options };
+        let tone = options.tone.unwrap_or(loaded.tone);
+        let options = Options { exposure: options.exposure + loaded.exposure, tone: Some(tone), ..options };
         let provenance = Provenance::new(&loaded.name, &loaded.hash, scene, devices, report)
             .with("space", options.space.name().into())
-            .with("exposure", options.exposure.into());
+            .with("exposure", options.exposure.into())
+            .with("tone", tone.name().into());
         let spectral = film.wavelength_count() > 0;
         Picture {
             wavelengths: if spectral { scene.settings.wavelengths.nm().to_vec() } else { Vec::new() },
@@ -124,32 +129,53 @@ impl Picture {
 
     /// What an 8-bit PNG in sRGB would show: encoded, straight alpha, row by row.
     pub fn rgba(&self) -> Vec<[u8; 4]> {
-        let pixels = self.pixels(RgbSpace::Srgb, self.options.exposure.exp2());
+        let pixels = self.shown(RgbSpace::Srgb);
         pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
     }
 
-    /// All pixels in `space` times `gain`, linear and premultiplied, with their alpha.
-    pub(super) fn pixels(&self, space: RgbSpace, gain: f64) -> Vec<[f32; 4]> {
-        pixels(&self.film, self.transparent, self.backdrop, space, gain)
+    /// All pixels in `space`, linear and premultiplied, with their alpha: as the scene has them.
+    #[cfg(feature = "formats")]
+    pub(super) fn pixels(&self, space: RgbSpace) -> Vec<[f32; 4]> {
+        pixels(&self.film, self.transparent, self.backdrop, space, None)
+    }
+
+    /// The same as a screen shows them.
+    pub(super) fn shown(&self, space: RgbSpace) -> Vec<[f32; 4]> {
+        let look = (self.options.exposure, self.options.tone.unwrap_or_default());
+        pixels(&self.film, self.transparent, self.backdrop, space, Some(look))
     }
 }
 
-/// All pixels of a film, as [`Picture`] says.
+/// Pixels that one thread takes at a time.
+const SHARE: usize = 1 << 14;
+
+/// All pixels of a film, as [`Picture`] says, with the exposure (stops) and the tone that they are shown with.
 pub(crate) fn pixels(
     film: &Film,
     transparent: bool,
     backdrop: Option<[f64; 3]>,
     space: RgbSpace,
-    gain: f64,
+    look: Option<(f64, Tone)>,
 ) -> Vec<[f32; 4]> {
     let mut pixels = film.to_space(space);
     let width = film.width() as usize;
+    let (gain, tone) = look.map_or((1.0, Tone::Clip), |(stops, tone)| (stops.exp2(), tone));
+    let view = ViewTransform::new(tone, space);
     let backdrop = backdrop.filter(|_| transparent);
     let backdrop = backdrop.map(|rgb| matrix::apply(&space.from_linear_srgb(), rgb));
-    for (i, pixel) in pixels.iter_mut().enumerate() {
+    let show = |(i, pixel): (usize, &mut [f32; 4])| {
         let sampled = || film.samples((i % width) as u32, (i / width) as u32) > 0;
         let [colour @ .., alpha] = pixel;
         colour.iter_mut().for_each(|c| *c = (f64::from(*c) * gain) as f32);
+        // A tone is of the stones' own colour, before it is mixed with what is behind them.
+        let cover = if transparent { f64::from(*alpha) } else { 1.0 };
+        if tone != Tone::Clip && cover > 0.0 {
+            let own: [f64; 3] = std::array::from_fn(|c| f64::from(colour[c]) / cover);
+            let toned = view.shown(own);
+            if toned != own {
+                *colour = toned.map(|c| (c * cover) as f32);
+            }
+        }
         if let Some(behind) = backdrop.filter(|_| sampled()) {
             let through = 1.0 - f64::from(*alpha);
             colour.iter_mut().zip(behind).for_each(|(c, b)| *c = (f64::from(*c) + through * b) as f32);
@@ -157,6 +183,7 @@ pub(crate) fn pixels(
         } else if !transparent {
             *alpha = f32::from(u8::from(sampled()));
         }
-    }
+    };
+    pixels.par_iter_mut().enumerate().with_min_len(SHARE).for_each(show);
     pixels
 }

@@ -8,7 +8,7 @@ use png::{
 use spectral_core::color::{RgbSpace, srgb_encode};
 use std::io::{BufWriter, Write};
 
-/// Encodes a picture: straight alpha, sRGB transfer, clipped.
+/// Encodes a picture: straight alpha, sRGB transfer, in its tone.
 pub fn encode(picture: &Picture, file: &mut impl Write) -> Result<(), String> {
     let mut buffer = BufWriter::new(file);
     try_encode(picture, &mut buffer).map_err(|e| match e {
@@ -40,9 +40,8 @@ fn try_encode(picture: &Picture, output: &mut impl Write) -> Result<(), png::Enc
         // ITU-T H.273: these primaries, transfer 13 (sRGB), matrix 0 (RGB), full range. PNG 3, 11.3.2.6.
         writer.write_chunk(ChunkType(*b"cICP"), &[primaries, 13, 0, 1])?;
     }
-    let gain = picture.options.exposure.exp2();
     let mut rows = writer.stream_writer()?;
-    for row in picture.pixels(space, gain).chunks(width as usize) {
+    for row in picture.shown(space).chunks(width as usize) {
         let samples = row.iter().flat_map(|pixel| displayed(*pixel));
         let bytes: Vec<u8> = match picture.options.depth {
             Depth::Eight => samples.map(|v| (v * 255.0).round() as u8).collect(),

@@ -14,7 +14,7 @@ use exr::prelude::{
 };
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
-use spectral_core::color::RgbSpace;
+use spectral_core::color::{RgbSpace, Tone};
 use spectral_core::film::{Film, PixelSums};
 use spectral_core::tracer::{DeviceInfo, Energy, TraceReport};
 use spectral_core::wavelength::WavelengthGrid;
@@ -49,6 +49,9 @@ pub struct PictureHeader {
     pub bits: u32,
     /// Stops that the PNG is brightened by.
     pub exposure: f64,
+    /// How the PNG shows what a screen cannot.
+    #[serde(default)]
+    pub tone: Tone,
     /// Whether alpha is coverage.
     pub transparent: bool,
     /// The colour behind what is transparent, linear sRGB.

@@ -50,7 +50,8 @@ impl Joint {
     pub fn finish(self, folder: &Path) -> Result<(Picture, Vec<Target>), Error> {
         let (header, work, film) = self.0.ok_or_else(|| Error::Items("there are no parts".to_owned()))?;
         let targets = outputs(folder, &header).map_err(|e| Error::file(folder, e))?;
-        let PictureHeader { spectral, space, bits, exposure, transparent, backdrop, facts, .. } = header;
+        let PictureHeader { spectral, space, bits, exposure, tone, transparent, backdrop, facts, .. } =
+            header;
         let all =
             |k: usize| work.devices.iter().map(|d| d[k].as_str()).collect::<Vec<_>>().join(" + ").into();
         let mut provenance = Provenance::from_facts(facts);
@@ -60,7 +61,7 @@ impl Joint {
         }
         let depth = Depth::of_bits(bits).unwrap_or_default();
         let space = RgbSpace::by_name(&space).map_err(|e| Error::file(folder, e))?;
-        let options = Options { space, depth, exposure };
+        let options = Options { space, depth, exposure, tone: Some(tone) };
         Ok((Picture { film, wavelengths: spectral, transparent, backdrop, options, provenance }, targets))
     }
 }

@@ -4,7 +4,7 @@ use super::fields::{Entry, Fields, either};
 use crate::Error;
 use glam::DVec3;
 use spectral_core::camera::{Camera, Projection};
-use spectral_core::color::srgb_decode;
+use spectral_core::color::{Tone, srgb_decode};
 use spectral_core::scene::Background;
 
 pub(crate) const DEFAULT_FOV: f64 = 14.0;
@@ -20,6 +20,7 @@ pub(super) struct View<'a> {
     pub backdrop: Option<[f64; 3]>,
     /// Stops that the picture is brightened by where it is shown.
     pub exposure: f64,
+    pub tone: Tone,
     camera_fields: Fields<'a>,
     film_fields: Option<Fields<'a>>,
 }
@@ -42,11 +43,11 @@ pub(super) fn read<'a>(root: &Fields<'a>) -> Result<View<'a>, Error> {
         root.need("camera", "a table with at least 'position' and 'look_at'")?.fields("[camera]")?;
     let camera = camera(&camera_fields)?;
     let film_fields = root.get("film").map(|entry| entry.fields("[film]")).transpose()?;
-    let (width, height, exposure, (background, backdrop)) = match &film_fields {
+    let (width, height, (exposure, tone), (background, backdrop)) = match &film_fields {
         Some(fields) => film(fields)?,
-        None => (DEFAULT_SIZE, DEFAULT_SIZE, 0.0, (Background::default(), None)),
+        None => (DEFAULT_SIZE, DEFAULT_SIZE, Look::default(), Behind::default()),
     };
-    Ok(View { camera, width, height, background, backdrop, exposure, camera_fields, film_fields })
+    Ok(View { camera, width, height, background, backdrop, exposure, tone, camera_fields, film_fields })
 }
 
 fn camera(fields: &Fields) -> Result<Camera, Error> {
@@ -68,7 +69,10 @@ fn camera(fields: &Fields) -> Result<Camera, Error> {
     Ok(Camera { position, look_at, up, projection })
 }
 
-fn film(fields: &Fields) -> Result<(u32, u32, f64, Behind), Error> {
+/// Stops that the picture is brightened by where it is shown, and its tone.
+type Look = (f64, Tone);
+
+fn film(fields: &Fields) -> Result<(u32, u32, Look, Behind), Error> {
     let edge = |key| {
         let expected = "a whole number of pixels, from 1 to 65536";
         fields.get(key).map_or(Ok(DEFAULT_SIZE), |entry| entry.whole(expected))
@@ -86,8 +90,15 @@ fn film(fields: &Fields) -> Result<(u32, u32, f64, Behind), Error> {
         }
         None => 0.0,
     };
+    let tone = match fields.get("tone") {
+        Some(entry) => {
+            let name = entry.text(&format!("one of {}", either(&Tone::ALL.map(Tone::name))))?;
+            Tone::by_name(name).map_err(|e| entry.error(e))?
+        }
+        None => Tone::default(),
+    };
     fields.finish()?;
-    Ok((width, height, exposure, behind))
+    Ok((width, height, (exposure, tone), behind))
 }
 
 /// What is rendered past the stones, and the colour that is put there afterwards.

@@ -6,7 +6,7 @@ use crate::output::pixels;
 use crate::scene_file::LoadedScene;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use spectral_core::color::{RgbSpace, srgb_encode};
+use spectral_core::color::{RgbSpace, Tone, srgb_encode};
 use spectral_core::film::Film;
 use spectral_core::scene::Background;
 use std::sync::LazyLock;
@@ -24,30 +24,17 @@ static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
 /// written to files, which needs every bit.
 pub fn rgba(film: &Film, loaded: &LoadedScene, tone: &str) -> Vec<u8> {
     let transparent = loaded.scene.background == Background::Transparent;
-    let pixels = pixels(film, transparent, loaded.backdrop, RgbSpace::Srgb, loaded.exposure.exp2());
-    let soft = tone == "soft";
+    let look = (loaded.exposure, if tone == "soft" { Tone::Neutral } else { loaded.tone });
+    let pixels = pixels(film, transparent, loaded.backdrop, RgbSpace::Srgb, Some(look));
     let show = |[r, g, b, alpha]: [f32; 4]| {
         let straight = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
-        let encode = |c: f32| {
-            let c = (c * straight).max(0.0);
-            let c = if soft { softened(c) } else { c };
-            ENCODED[(c.min(1.0) * STEPS as f32) as usize]
-        };
+        let encode = |c: f32| ENCODED[((c * straight).clamp(0.0, 1.0) * STEPS as f32) as usize];
         [encode(r), encode(g), encode(b), (alpha.clamp(0.0, 1.0) * 255.0).round() as u8]
     };
     let mut bytes = vec![0; 4 * pixels.len()];
     let places = bytes.par_chunks_exact_mut(4).with_min_len(1 << 14);
     places.zip(pixels).for_each(|(place, pixel)| place.copy_from_slice(&show(pixel)));
     bytes
-}
-
-/// What is brighter than this is compressed by a soft tone.
-const KNEE: f32 = 0.6;
-
-/// Compresses highlights so that none is clipped: straight up to the knee, then towards 1, with the same slope at the knee.
-fn softened(c: f32) -> f32 {
-    let over = (c - KNEE) / (1.0 - KNEE);
-    if over <= 0.0 { c } else { KNEE + (1.0 - KNEE) * over / (1.0 + over) }
 }
 
 /// What a message says about its picture.
@@ -76,14 +63,6 @@ pub fn message(caption: &Caption, picture: &[u8]) -> Bytes {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn soft_highlights_are_smooth_and_never_clipped() {
-        assert_eq!(softened(0.3), 0.3);
-        assert!(softened(1000.0) < 1.0 && softened(2.0) > softened(1.0));
-        let slope = (softened(KNEE + 1e-3) - softened(KNEE)) / 1e-3;
-        assert!((slope - 1.0).abs() < 0.02, "{slope}");
-    }
 
     #[test]
     fn the_table_is_as_good_as_the_curve() {

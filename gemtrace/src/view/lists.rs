@@ -3,7 +3,7 @@
 use super::store::Store;
 use crate::import;
 use serde_json::{Value as Json, json};
-use spectral_core::color::{Response, srgb_encode};
+use spectral_core::color::{Response, RgbSpace, Tone, ViewTransform, srgb_encode};
 use spectral_core::dispersion::fraunhofer;
 use spectral_core::environment::Pattern;
 use spectral_core::material::{Catalogue, Material};
@@ -216,6 +216,7 @@ fn swatch(material: &Material) -> String {
 
 /// Linear sRGB as `#rrggbb`.
 pub fn hex(rgb: [f64; 3]) -> String {
+    let rgb = ViewTransform::new(Tone::Hue, RgbSpace::Srgb).shown(rgb);
     let [r, g, b] = rgb.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8);
     format!("#{r:02x}{g:02x}{b:02x}")
 }

@@ -8,7 +8,7 @@ use backend_cpu::{Chain, Kind};
 use glam::{DVec2, DVec3};
 use serde_json::{Value, json};
 use spectral_core::camera::{Camera, CameraRay, Projection};
-use spectral_core::color::{RgbSpace, matrix};
+use spectral_core::color::{RgbSpace, ViewTransform, matrix};
 use spectral_core::environment::Source;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::scene::Scene;
@@ -143,8 +143,11 @@ fn spectrum(sight: &Sight, place: [f64; 2], session: &mut Session) -> Result<Val
     let through = 1.0 - f64::from(film.coverage(0, 0));
     let gain = sight.loaded.exposure.exp2();
     let rgb = matrix::apply(&RgbSpace::Srgb.from_xyz(), xyz).map(|c| c * gain);
+    let cover = 1.0 - through;
+    let view = ViewTransform::new(sight.loaded.tone, RgbSpace::Srgb);
+    let rgb = view.shown(rgb.map(|c| c / cover.max(1e-9))).map(|c| c * cover);
     let behind = sight.loaded.backdrop.unwrap_or_default();
-    let colour = hex(std::array::from_fn(|c| rgb[c] + through * behind[c]));
+    let colour = hex(std::array::from_fn(|c| (rgb[c] + through * behind[c]).clamp(0.0, 1.0)));
     let chromaticity = (sum > 0.0).then(|| [xyz[0] / sum, xyz[1] / sum]);
     Ok(json!({
         "colour": colour, "chromaticity": chromaticity, "luminance": xyz[1],

@@ -2,7 +2,7 @@
 
 use gemtrace::Error;
 use spectral_core::cie::Illuminant;
-use spectral_core::color::{Response, RgbSpace, bradford, matrix::apply, srgb_encode};
+use spectral_core::color::{Response, RgbSpace, Tone, ViewTransform, bradford, matrix::apply, srgb_encode};
 use spectral_core::fresnel::conductor;
 use spectral_core::material::Material;
 use spectral_core::wavelength::WavelengthGrid;
@@ -45,12 +45,13 @@ impl Colour {
         })
     }
 
-    /// Encoded sRGB, clipped.
+    /// Encoded sRGB; what is outside keeps its hue.
     pub fn srgb(&self) -> [u8; 3] {
-        self.0.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8)
+        let shown = ViewTransform::new(Tone::Hue, RgbSpace::Srgb).shown(self.0);
+        shown.map(|c| (srgb_encode(c.clamp(0.0, 1.0)) * 255.0).round() as u8)
     }
 
-    /// As `#rrggbb`, clipped to sRGB.
+    /// The same as `#rrggbb`.
     pub fn hex(&self) -> String {
         let [r, g, b] = self.srgb();
         format!("#{r:02x}{g:02x}{b:02x}")

@@ -28,6 +28,7 @@ pub fn sheet(path: &Path, args: &Args, console: &mut Console) -> Result<usize, E
     output::prepare(&[path], [])?;
     let mut session = args.rendering.session()?;
     session.output.exposure = args.exposure;
+    session.output.tone = Some(args.tone);
     let (mesh, _) = ShapeSpec::by_name("round-brilliant")?.cut()?.solid()?;
     let mesh = Arc::new(mesh);
     let materials: Vec<&Material> = Catalogue::builtin().materials().collect();

@@ -5,14 +5,14 @@ use crate::import::{self, picture};
 use crate::output::{self, Format};
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use image::{Rgba, RgbaImage, imageops};
-use spectral_core::color::srgb_encode;
+use spectral_core::color::{RgbSpace, Tone, ViewTransform, srgb_encode};
 use std::io::Cursor;
 use std::path::Path;
 
 /// The longest edge, pixels; smaller pictures stay as they are.
 const EDGE: u32 = 256;
 
-/// An item's picture as a `data:` address: its PNG if it has one, else its EXR, clipped.
+/// An item's picture as a `data:` address: its PNG if it has one, else its EXR in the usual tone.
 ///
 /// # Errors
 /// Why there is none, for people.
@@ -49,13 +49,16 @@ fn read_png(path: &Path) -> Result<RgbaImage, String> {
 
 /// Linear premultiplied floats, shown as the PNG of the same picture would be.
 fn read_exr(path: &Path) -> Result<RgbaImage, String> {
+    let view = std::sync::Arc::new(ViewTransform::new(Tone::default(), RgbSpace::Srgb));
     let create = |size: exr::math::Vec2<usize>, _: &_| RgbaImage::new(size.0 as u32, size.1 as u32);
-    let set = |picture: &mut RgbaImage, at: exr::math::Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
-        let straight = |c: f32| if a > 0.0 { f64::from(c / a) } else { 0.0 };
-        let shown = |c: f32| (255.0 * srgb_encode(straight(c).clamp(0.0, 1.0))).round() as u8;
-        let alpha = (255.0 * a.clamp(0.0, 1.0)).round() as u8;
-        picture.put_pixel(at.0 as u32, at.1 as u32, Rgba([shown(r), shown(g), shown(b), alpha]));
-    };
+    let set =
+        move |picture: &mut RgbaImage, at: exr::math::Vec2<usize>, (r, g, b, a): (f32, f32, f32, f32)| {
+            let straight = |c: f32| if a > 0.0 { f64::from(c / a) } else { 0.0 };
+            let encode = |c: f64| (255.0 * srgb_encode(c.clamp(0.0, 1.0))).round() as u8;
+            let [r, g, b] = view.shown([r, g, b].map(straight)).map(encode);
+            let alpha = (255.0 * a.clamp(0.0, 1.0)).round() as u8;
+            picture.put_pixel(at.0 as u32, at.1 as u32, Rgba([r, g, b, alpha]));
+        };
     let bytes = import::read_file(path).map_err(|e| e.to_string())?;
     import::guarded(|| {
         picture::own_exr(&bytes)?;
