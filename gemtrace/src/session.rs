@@ -31,8 +31,9 @@ pub trait Watch {
         ControlFlow::Continue(())
     }
 
-    /// A pass is over: no pixel of the film needs any of its first `samples` samples of `of`.
-    fn pass(&mut self, film: &Film, samples: u32, of: u32, traced: &TraceReport) {}
+    /// A pass is over: no pixel of the film needs any of its first `samples` samples. The settings are those of the device:
+    /// where its samples are areas, their number and tolerance are those of areas.
+    fn pass(&mut self, film: &Film, samples: u32, settings: &RenderSettings, traced: &TraceReport) {}
 
     /// Something went wrong that does not stop the work, such as a device that failed and was replaced; one line.
     fn warning(&mut self, message: &str) {}
@@ -328,7 +329,7 @@ fn passes(
         if tolerance > 0.0 && (first >= LEAST || scene.silhouette.is_some()) {
             film.settle(first, tolerance, scene.settings.block());
         }
-        watch.pass(film, first, samples, &rendered.traced);
+        watch.pass(film, first, &scene.settings, &rendered.traced);
     }
     Ok(())
 }

@@ -4,6 +4,7 @@ use super::browser::{Browser, Page, browser};
 use std::io::{BufRead as _, BufReader};
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
+use std::time::Instant;
 use tempfile::TempDir;
 
 /// A brilliant in the built-in studio, quick to settle.
@@ -27,6 +28,8 @@ quality = "draft"
 
 pub struct Place {
     server: Child,
+    /// When the program was started.
+    pub started: Instant,
     /// With the token.
     pub address: String,
     pub folder: TempDir,
@@ -43,12 +46,21 @@ impl Drop for Place {
 impl Place {
     /// `None` where there is no browser and none is demanded.
     pub fn new() -> Option<Self> {
+        Place::of(SCENE, &[])
+    }
+
+    /// With another scene, and with files beside it.
+    pub fn of(scene: &str, files: &[(&str, Vec<u8>)]) -> Option<Self> {
         let browser = browser()?;
         let folder = tempfile::tempdir().expect("a folder");
         let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
         let cut = root.join("spectral-core/data/cuts/srb_diamond_57.asc");
         std::fs::copy(cut, folder.path().join("brilliant.asc")).expect("a cut");
-        std::fs::write(folder.path().join("scene.toml"), SCENE).expect("a scene");
+        std::fs::write(folder.path().join("scene.toml"), scene).expect("a scene");
+        for (name, bytes) in files {
+            std::fs::write(folder.path().join(name), bytes).expect("a file");
+        }
+        let started = Instant::now();
         let mut server = Command::new(env!("CARGO_BIN_EXE_gemtrace"))
             .args(["view", "--no-open", "--port", "0", "--backend", "cpu", "scene.toml"])
             .current_dir(folder.path())
@@ -62,7 +74,7 @@ impl Place {
             .find_map(|line| Some(line[line.find("http://")?..].split_whitespace().next()?.to_owned()))
             .expect("an address");
         std::thread::spawn(move || lines.map_while(Result::ok).for_each(drop));
-        Some(Place { server, address, folder, browser })
+        Some(Place { server, started, address, folder, browser })
     }
 
     /// A settled page.

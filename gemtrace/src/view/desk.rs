@@ -87,7 +87,7 @@ impl Desk {
         let mut watch = Onlooker::new(hub, inbox, letter, self.answers, side);
         let Some(film) = side.frame(share, &|| inbox.is_waiting(), &mut watch) else { return };
         self.sights.set(letter, Sight::new(side, self.answers));
-        watch.show(&film, "moving", film.samples(0, 0));
+        watch.show(&film, "moving", film.samples(0, 0), side.prepared().wavelength_count());
         watch.status("moving", film.samples(0, 0), None, &TraceReport::default());
     }
 
@@ -100,7 +100,8 @@ impl Desk {
                 let sight = Sight { picture: Some(Arc::new(picture)), ..Sight::new(side, self.answers) };
                 let sight = self.sights.set(letter, sight);
                 self.sights.settle(letter, &sight, side.tone, &self.hub);
-                watch.status("settled", side.of(), change, &side.rendered.traced);
+                let samples = side.settings.as_ref().map_or(0, |settings| settings.samples);
+                watch.status("settled", samples, change, &side.rendered.traced);
             }
             Ok(None) => {}
             Err(error) => {

@@ -45,15 +45,17 @@ pub struct Caption {
     pub answers: u64,
     pub stage: &'static str,
     pub samples: u32,
+    /// Traced for each sample.
+    pub wavelengths: usize,
     pub format: &'static str,
 }
 
 /// A message with a picture.
 pub fn message(caption: &Caption, picture: &[u8]) -> Bytes {
-    let Caption { side, size: [width, height], answers, stage, samples, format } = caption;
+    let Caption { side, size: [width, height], answers, stage, samples, wavelengths, format } = caption;
     let header: Value = json!({
         "side": side.name(), "width": width, "height": height, "answers": answers, "stage": stage,
-        "samples": samples, "format": format,
+        "samples": samples, "wavelengths": wavelengths, "format": format,
     });
     let header = header.to_string();
     let length = (header.len() as u32).to_le_bytes();

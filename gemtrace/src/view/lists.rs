@@ -52,8 +52,22 @@ pub struct Lists {
 /// How pictures are shown, with names.
 pub const TONES: [(&str, &str); 2] = [("saved", "As saved"), ("soft", "Soft highlights")];
 
+/// Names that people write in a way of their own.
+const WRITTEN: [(&str, &str); 7] = [
+    ("aset", "ASET"),
+    ("cos", "COS"),
+    ("ideal-scope", "Ideal-Scope"),
+    ("iso", "ISO"),
+    ("n-bk7", "N-BK7"),
+    ("sc2", "SC2"),
+    ("yag", "YAG"),
+];
+
 /// Names as people write them: "round-brilliant" is "Round brilliant".
 pub fn spoken(name: &str) -> String {
+    if let Some((_, written)) = WRITTEN.iter().find(|(known, _)| *known == name) {
+        return (*written).to_owned();
+    }
     let text = name.replace('-', " ");
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
@@ -127,8 +141,7 @@ impl Lists {
 
 fn lights() -> Vec<Choice> {
     let model = |name: &str| {
-        let label = if name.len() <= 4 { name.to_uppercase() } else { spoken(name) };
-        Choice::new(name, label, "Models", &format!("model = {name:?}\nhead_shadow = 10.0"))
+        Choice::new(name, spoken(name), "Models", &format!("model = {name:?}\nhead_shadow = 10.0"))
     };
     let bare = |name: &str| Choice::new(name, spoken(name), "Models", &format!("model = {name:?}"));
     let mut all = vec![
@@ -185,7 +198,8 @@ fn material_json(choice: &Choice) -> Json {
     let known = choice.keys.get("material").and_then(Value::as_str).filter(|_| choice.besides.is_empty());
     if let Some(material) = known.and_then(|name| Catalogue::builtin().get(name).ok()) {
         json["index"] = material.index(fraunhofer::D).into();
-        json["dispersion"] = (material.index(fraunhofer::F) - material.index(fraunhofer::C)).into();
+        // As the trade has it; that of opticians, between F and C, is about half of it.
+        json["dispersion"] = (material.index(fraunhofer::G) - material.index(fraunhofer::B)).into();
         json["metal"] = material.is_conductor().into();
         json["approximate"] = material.is_approximate().into();
         json["isotropic"] = (!material.is_crystal()).into();

@@ -5,8 +5,12 @@ use std::time::Duration;
 
 /// The time that a frame should take while something moves.
 pub const FRAME: Duration = Duration::from_millis(45);
+/// The time that a frame of fewer than [`ENOUGH`] pixels may take: more than ten a second.
+const SLOW: Duration = Duration::from_millis(75);
 /// A frame that takes longer than this is broken off and begun again with fewer pixels.
-pub const LIMIT: Duration = Duration::from_millis(110);
+pub const LIMIT: Duration = Duration::from_millis(150);
+/// With so many pixels facets can be told apart.
+const ENOUGH: f64 = 256.0 * 256.0;
 /// The smallest frame, pixels.
 const FEWEST: f64 = 48.0 * 48.0;
 /// Parts of an edge in which frames grow, so that few sizes come up.
@@ -50,7 +54,8 @@ impl Pace {
     /// A frame for a view of this size that takes `share` of the time of a frame.
     pub fn frame(&self, [width, height]: [u32; 2], share: f64) -> Frame {
         let whole = f64::from(width) * f64::from(height);
-        let fit = (self.rates[self.kind] * FRAME.as_secs_f64() * share).max(FEWEST);
+        let [quick, slow] = [FRAME, SLOW].map(|time| self.rates[self.kind] * time.as_secs_f64() * share);
+        let fit = quick.max(slow.min(ENOUGH)).max(FEWEST);
         if fit >= whole {
             let samples = if fit >= 9.0 * whole {
                 9
@@ -61,7 +66,9 @@ impl Pace {
             };
             return Frame { size: [width, height], samples };
         }
-        let part = ((fit / whole).sqrt() * STEPS).floor().max(1.0) / STEPS;
+        let steps = (fit / whole).sqrt() * STEPS;
+        // What is enough is no less for its steps.
+        let part = if fit == ENOUGH { steps.ceil() } else { steps.floor().max(1.0) } / STEPS;
         let edge = |edge: u32| ((f64::from(edge) * part).round() as u32).max(1);
         Frame { size: [edge(width), edge(height)], samples: 1 }
     }
@@ -91,15 +98,20 @@ mod tests {
         for _ in 0..20 {
             pace.learn(1_000_000, Duration::from_secs(1));
         }
-        let frame = pace.frame([512, 512], 1.0);
-        let pixels = frame.size[0] * frame.size[1];
-        assert!((36_000..=45_000).contains(&pixels) && frame.samples == 1, "{frame:?}");
-        assert!(pace.frame([512, 512], 0.5).size[0] < frame.size[0]);
+        assert_eq!(pace.frame([512, 512], 1.0), Frame { size: [256, 256], samples: 1 });
+        let [width, height] = pace.frame([1120, 820], 1.0).size;
+        assert!((65_536..75_000).contains(&(width * height)), "{width} {height}");
+        assert!(pace.frame([512, 512], 0.5).size[0] < 256);
         let small = pace.frame([100, 40], 1.0);
         assert_eq!(small, Frame { size: [100, 40], samples: 9 });
         for _ in 0..20 {
             pace.learn(10, Duration::from_secs(1));
         }
         assert_eq!(pace.frame([480, 480], 1.0).size, [40, 40]);
+        for _ in 0..20 {
+            pace.learn(4_000_000, Duration::from_secs(1));
+        }
+        let pixels = pace.frame([512, 512], 1.0).size.map(f64::from).iter().product::<f64>();
+        assert!((165_000.0..180_000.0).contains(&pixels), "{pixels}");
     }
 }

@@ -1,6 +1,6 @@
 //! A pixel, looked at closely: its spectrum, its colour, and the way of its main ray.
 
-use super::lists::hex;
+use super::lists::{hex, spoken};
 use super::sight::Sight;
 use super::solid::{Solid, shown};
 use crate::{Error, Session};
@@ -21,7 +21,7 @@ const MIDDLE: f64 = 555.0;
 /// Samples of the pixel's spectrum.
 const SAMPLES: u32 = 81;
 
-/// The ray through a place of the picture, pixels from its top left corner.
+/// The ray through a place of the picture, pixels from its top left corner, to a pixel of a frame.
 pub fn ray(sight: &Sight, [x, y]: [f64; 2]) -> CameraRay {
     let (scene, whole) = (&sight.prepared, &sight.loaded.scene);
     let x = x * f64::from(scene.width) / f64::from(whole.width);
@@ -47,9 +47,10 @@ pub fn inspect(
 ) -> Result<Value, Error> {
     // In the middle of the pixel, so that the same pixel has one answer.
     let [x, y] = at.map(|v| v.floor() + 0.5);
-    let ray = ray(sight, [x, y]);
-    let mut message = spectrum(sight, [x, y], session)?;
-    let chain = main_ray(sight, &ray)?;
+    let scene = at_middle(sight)?;
+    let ray = scene.view.ray(x, y);
+    let mut message = spectrum(sight, &scene, [x, y], session)?;
+    let chain = backend_cpu::heaviest(&scene, &ray, 0);
     let place = chain.events.first().and_then(|event| solid.place(event.facet));
     let local = |point: DVec3| solid.unposed(point + sight.prepared.geometry.origin);
     let spots: Vec<DVec3> = chain.events.iter().map(|event| local(event.point)).collect();
@@ -69,16 +70,15 @@ pub fn inspect(
     Ok(message)
 }
 
-/// The way of the light that most of the pixel's middle goes.
-fn main_ray(sight: &Sight, ray: &CameraRay) -> Result<Chain, Error> {
+/// The scene in the picture's size, at the wavelength of main rays.
+fn at_middle(sight: &Sight) -> Result<Arc<PreparedScene>, Error> {
     let settings = RenderSettings {
         wavelengths: WavelengthGrid::list(vec![MIDDLE])?,
         jitter: false,
         spectral: false,
         ..sight.loaded.settings.with_samples(1)
     };
-    let scene = sight.prepared.update(&sight.loaded.scene, &settings)?;
-    Ok(backend_cpu::heaviest(&Arc::new(scene), ray, 0))
+    Ok(Arc::new(sight.prepared.update(&sight.loaded.scene, &settings)?))
 }
 
 fn events(chain: &Chain, spots: &[DVec3], solid: &Solid, gear: Option<i32>) -> Value {
@@ -117,7 +117,7 @@ fn source(sight: &Sight, chain: &Chain) -> String {
             .map(|path| {
                 std::path::Path::new(path).file_stem().unwrap_or_default().to_string_lossy().into_owned()
             })
-            .or_else(|| name("model").map(|model| format!("the light model {model}")))
+            .or_else(|| name("model").map(|model| format!("the light model {}", spoken(model))))
             .unwrap_or_else(|| "the studio".to_owned()),
     };
     let seen = if chain.events.is_empty() { ", seen directly" } else { "" };
@@ -126,9 +126,15 @@ fn source(sight: &Sight, chain: &Chain) -> String {
 }
 
 /// The spectrum and the colour of a pixel: a picture of this pixel alone.
-fn spectrum(sight: &Sight, place: [f64; 2], session: &mut Session) -> Result<Value, Error> {
+fn spectrum(
+    sight: &Sight,
+    seen: &PreparedScene,
+    place: [f64; 2],
+    session: &mut Session,
+) -> Result<Value, Error> {
     let whole = &sight.loaded.scene;
-    let scene = Scene { camera: close(&whole.camera, sight, place), width: 1, height: 1, ..whole.clone() };
+    let camera = close(&whole.camera, seen, place);
+    let scene = Scene { camera, width: 1, height: 1, ..whole.clone() };
     let settings = RenderSettings {
         wavelengths: WavelengthGrid::default(),
         jitter: false,
@@ -156,10 +162,9 @@ fn spectrum(sight: &Sight, place: [f64; 2], session: &mut Session) -> Result<Val
 }
 
 /// The camera for the pixel about a place alone.
-fn close(camera: &Camera, sight: &Sight, [x, y]: [f64; 2]) -> Camera {
-    let [middle, above, below] = [0.0, -0.5, 0.5].map(|dy| ray(sight, [x, y + dy]));
-    let origin = sight.prepared.geometry.origin;
-    let pixels = f64::from(sight.loaded.scene.height);
+fn close(camera: &Camera, seen: &PreparedScene, [x, y]: [f64; 2]) -> Camera {
+    let [middle, above, below] = [0.0, -0.5, 0.5].map(|dy| seen.view.ray(x, y + dy));
+    let (origin, pixels) = (seen.geometry.origin, f64::from(seen.height));
     match camera.projection {
         Projection::Perspective { .. } => {
             let fov = above.direction.angle_between(below.direction).to_degrees().max(1e-9);

@@ -30,6 +30,8 @@ pub struct Side {
     moving: Arc<PreparedScene>,
     still: Option<Arc<PreparedScene>>,
     film: Option<Film>,
+    /// The settings of the picture as its device has them, points or areas; `None` before that is known.
+    pub settings: Option<RenderSettings>,
     /// The account of the picture so far.
     pub rendered: Rendered,
     pub size: [u32; 2],
@@ -59,6 +61,7 @@ impl Side {
             moving,
             still: None,
             film: None,
+            settings: None,
             rendered: Rendered::default(),
             size,
             device: String::new(),
@@ -76,19 +79,18 @@ impl Side {
         let loaded = setup.sized(size).load(assets)?;
         let moving = framed(&loaded, &self.pace.frame(size, 1.0), Some(&self.moving))?;
         self.pace.expect(&moving);
+        let alone = |scene: &PreparedScene| scene.lone_convex_stone().is_some();
+        if loaded.settings != self.loaded.settings || alone(&moving) != alone(&self.moving) {
+            self.settings = None;
+        }
         (self.setup, self.loaded, self.size, self.moving) = (setup.clone(), loaded, size, Arc::new(moving));
         (self.fresh, self.rests) = (true, false);
         Ok(())
     }
 
-    /// The scene as it is rendered.
+    /// The scene of the frames, which is that of the picture but for its size and settings.
     pub fn prepared(&self) -> &Arc<PreparedScene> {
-        self.still.as_ref().filter(|_| !self.fresh).unwrap_or(&self.moving)
-    }
-
-    /// The most samples that a pixel of the picture gets, as far as that is known.
-    pub fn of(&self) -> u32 {
-        self.still.as_ref().map_or(self.loaded.settings.samples, |still| still.settings.samples)
+        &self.moving
     }
 
     /// A coarse picture in `share` of the time of a frame. `None` where it is broken off, since `hurry` says that
@@ -141,6 +143,7 @@ impl Side {
         };
         let rendered = self.session.fill(&scene, &mut film, watch);
         let finished = rendered.traced.finished;
+        self.settings = Some(rendered.shown(&scene).settings.clone());
         self.note(&rendered);
         let picture =
             finished.then(|| self.rendered.picture(film.clone(), &scene, &self.loaded, Options::default()));

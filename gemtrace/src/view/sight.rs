@@ -21,6 +21,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 pub struct Sight {
     pub setup: Setup,
     pub loaded: LoadedScene,
+    /// In the size and the settings of a frame.
     pub prepared: Arc<PreparedScene>,
     /// The finished picture, once it is.
     pub picture: Option<Arc<Picture>>,
@@ -104,7 +105,16 @@ impl Sights {
             };
             let size = [picture.film.width(), picture.film.height()];
             let samples = most_samples(picture);
-            let caption = Caption { side, size, answers: sight.answers, stage: "settled", samples, format };
+            let wavelengths = sight.loaded.settings.wavelengths.len();
+            let caption = Caption {
+                side,
+                size,
+                answers: sight.answers,
+                stage: "settled",
+                samples,
+                wavelengths,
+                format,
+            };
             let message = display::message(&caption, &bytes);
             let now = locked(&sights.now);
             if now[side as usize].as_ref().is_some_and(|now| Arc::ptr_eq(now, &sight)) {

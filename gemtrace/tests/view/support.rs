@@ -1,7 +1,5 @@
 //! A view, and a page that speaks its protocol without a browser.
 
-#![allow(dead_code, reason = "the tests and the bench each need a part")]
-
 use gemtrace::view::{Options, View};
 use serde_json::{Value, json};
 use std::io::{ErrorKind, Read, Write};

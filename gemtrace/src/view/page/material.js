@@ -12,7 +12,7 @@ function describe(material) {
   const s = side(), own = s?.material === material.id;
   const facts = material.metal ? ['Metal'] : [];
   if (material.index) facts.push(`n ${number(material.index, 3)}`);
-  if (material.dispersion) facts.push(`dispersion ${number(material.dispersion, 3)}`);
+  if (material.dispersion) facts.push(`dispersion (B–G) ${number(material.dispersion, 3)}`);
   if (own && s.carat) facts.push(`${number(s.carat, 2)} ct`);
   caption.replaceChildren(
     el('b', {}, material.label + (material.approximate ? ' (approximate)' : '')), facts.join(' · '));

@@ -1,6 +1,6 @@
 // The status line: the stage by word and icon, figures in cells of fixed width, and the hairline of refinement.
 
-import { app, listen, side } from './app.js';
+import { app, listen } from './app.js';
 import { pictures } from './picture.js';
 import { $, number, say, short } from './dom.js';
 
@@ -22,11 +22,10 @@ function stage(word, icon) {
 function progress(s) {
   if (s.stage === 'settled') return 1;
   if (s.stage !== 'refining') { first = null; return 0; }
-  const tolerance = s.tolerance ?? { normal: 0.6, final: 0.3 }[side(s.side)?.quality] ?? 0.6;
   let share = s.of > 1 ? 0.9 * Math.log(Math.max(1, s.samples)) / Math.log(s.of) : 0;
-  if (s.delta_e > 0) {
+  if (s.delta_e > 0 && s.tolerance) {
     first = Math.max(first ?? s.delta_e, s.delta_e);
-    share = first > tolerance ? Math.log(first / s.delta_e) / Math.log(first / tolerance) : share;
+    share = first > s.tolerance ? Math.log(first / s.delta_e) / Math.log(first / s.tolerance) : share;
   }
   return Math.min(0.98, Math.max(bar.value < 1 ? bar.value : 0, share, 0.02));
 }
@@ -54,7 +53,7 @@ function show() {
   stage(s.stage === 'moving' ? app.gesture ?? word : word, icon);
   bar.value = progress(s);
   bar.toggleAttribute('data-done', s.stage === 'settled');
-  $('#samples').textContent = s.of ? `${number(s.samples)} / ${number(s.of)}` : '–';
+  $('#samples').textContent = s.samples ? `${number(s.samples)} / ${number(s.of)}` : '–';
   $('#delta').textContent = number(s.delta_e, 2);
   $('#rays').textContent = s.stage === 'settled' ? '–' : short(s.rays_per_second);
   $('#dropped').textContent = percent(s.dropped);
