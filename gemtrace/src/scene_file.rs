@@ -143,7 +143,8 @@ fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> 
     // Scaling moves it as it moves the stones.
     let middle = pose::middle(&stones).map_err(|e| root.blame(e))?;
     let scale = pose::read(&root)?.map_or(Ok(1.0), |pose| pose.apply(&mut view.camera, &mut stones))?;
-    let ground = ground::read(&root, &materials, scale, &stones, &mut environment)?;
+    let ground =
+        ground::read(&root, &materials, scale, &stones, &mut environment, sources.shades_coarsely())?;
     root.finish()?;
     stones.extend(ground);
     view.check(&settings)?;

@@ -14,16 +14,19 @@ use spectral_core::environment::{Environment, Ground, Source};
 use spectral_core::scene::Stone;
 use std::f64::consts::FRAC_PI_4;
 
-/// Cells along each edge of the square: a power of two, so that a light of 1 sums to 1 exactly.
-const CELLS: usize = 32;
+/// Cells along each edge of the square: a power of two, so that a light of 1 sums to 1 exactly. Fine, and coarse.
+const CELLS: [usize; 2] = [32, 8];
 /// Texels along an edge of the ground's picture.
-const TEXELS: usize = 161;
+const TEXELS: [usize; 2] = [161, 41];
+/// The most points of a cell along an edge at which the environment is looked up.
+const POINTS: [usize; 2] = [64, 16];
 /// Its width, in extents of what stands there.
 const EXTENTS: f64 = 5.0;
 /// The share of its half width from which the shadow fades towards the border.
 const FADING: f64 = 0.7;
 
-/// A ground at `height` (mm) with the linear sRGB reflectance `albedo`, on which the environment shines past stones.
+/// A ground at `height` (mm) with the linear sRGB reflectance `albedo`, on which the environment shines past stones. A coarse one
+/// takes a hundredth of the time, and its shadows have steps.
 ///
 /// # Errors
 /// [`Error::Core`] for stones that cannot be placed or figures that make no ground.
@@ -32,14 +35,16 @@ pub fn ground(
     height: f64,
     stones: &[Stone],
     environment: &Environment,
+    coarse: bool,
 ) -> Result<Ground, Error> {
-    let sky = Sky::new(environment, CELLS);
+    let [cells, texels, points] = [CELLS, TEXELS, POINTS].map(|sizes| sizes[usize::from(coarse)]);
+    let sky = Sky::new(environment, cells, points);
     let shown = |light: [f64; 3]| std::array::from_fn(|c| (albedo[c] * light[c].max(0.0)) as f32);
     let Some(scenery) = Scenery::new(stones)? else {
         return Ok(Ground::new(height, [0.0; 2], 1.0, 2, vec![shown(sky.irradiance); 4])?);
     };
     let width = EXTENTS * scenery.extent;
-    let step = width / (TEXELS - 1) as f64;
+    let step = width / (texels - 1) as f64;
     let low = scenery.middle.truncate() - width / 2.0;
     let texel = |i: usize, j: usize| {
         let place = low + DVec2::new(i as f64, j as f64) * step;
@@ -48,8 +53,8 @@ pub fn ground(
         let share = 1.0 - smooth((aside - FADING) / (1.0 - FADING));
         shown(std::array::from_fn(|c| sky.irradiance[c] - share * hidden[c]))
     };
-    let texels = (0..TEXELS * TEXELS).into_par_iter().map(|k| texel(k % TEXELS, k / TEXELS)).collect();
-    Ok(Ground::new(height, low.to_array(), step, TEXELS as u32, texels)?)
+    let all = (0..texels * texels).into_par_iter().map(|k| texel(k % texels, k / texels)).collect();
+    Ok(Ground::new(height, low.to_array(), step, texels as u32, all)?)
 }
 
 /// From 0 at 0 to 1 at 1, level at both.
@@ -76,11 +81,11 @@ struct Sky {
 }
 
 impl Sky {
-    /// In `cells` × `cells` directions.
-    fn new(environment: &Environment, cells: usize) -> Self {
+    /// In `cells` × `cells` directions, each looked up at up to `most` × `most` points.
+    fn new(environment: &Environment, cells: usize, most: usize) -> Self {
         // As fine as the image's texels, within reason.
         let fine = match &environment.source {
-            Source::Image(image) => (image.width() as usize / cells).clamp(8, 64).next_power_of_two(),
+            Source::Image(image) => (image.width() as usize / cells).clamp(8, most).next_power_of_two(),
             Source::Uniform(_) => 1,
         };
         let weight = 1.0 / (cells * cells) as f64;
@@ -193,7 +198,7 @@ mod tests {
     #[test]
     fn without_stones_uniform_light_is_reflected_exactly() {
         let light = Environment::uniform([0.7, 0.3, 2.0]);
-        let ground = ground([1.0, 0.5, 0.25], -2.0, &[], &light).unwrap();
+        let ground = ground([1.0, 0.5, 0.25], -2.0, &[], &light, false).unwrap();
         assert_eq!(below(&ground, 3.0, -4.0), [0.7_f32, 0.15, 0.5].map(f64::from));
     }
 
@@ -215,7 +220,7 @@ mod tests {
             (painted(|d| d.z.max(0.0) as f32), 2.0 / 3.0),
             (painted(|d| f32::from(u8::from(d.x > 0.0))), 0.5),
         ] {
-            let ground = ground([1.0; 3], 0.0, &[], &light).unwrap();
+            let ground = ground([1.0; 3], 0.0, &[], &light, false).unwrap();
             let [found, ..] = below(&ground, 0.0, 0.0);
             assert!((found - exact).abs() < 1e-3, "{found} {exact}");
         }
@@ -232,8 +237,8 @@ mod tests {
         let slant = a / (a * a + h * h).sqrt();
         let exact = 4.0 / std::f64::consts::PI * slant * slant.atan();
         // Cells that its outline crosses are in it or not: the finer they are, the nearer.
-        for (cells, tolerance) in [(CELLS, 0.02), (128, 1e-3)] {
-            let sky = Sky::new(&Environment::uniform([1.0; 3]), cells);
+        for (cells, tolerance) in [(CELLS[0], 0.02), (128, 1e-3)] {
+            let sky = Sky::new(&Environment::uniform([1.0; 3]), cells, POINTS[0]);
             let [found, ..] = sky.hidden(DVec3::ZERO, &scenery);
             assert!((found - exact).abs() < tolerance, "{cells} cells: {found} {exact}");
         }
@@ -241,25 +246,28 @@ mod tests {
 
     #[test]
     fn far_from_the_stones_there_is_no_shadow() {
-        let ground = ground([0.5; 3], 0.0, &[block(1.0, 0.0, 1.0)], &Environment::uniform([1.0; 3])).unwrap();
-        assert_eq!(below(&ground, 5.0, 0.0), [0.5; 3]);
-        assert_eq!(below(&ground, 50.0, -70.0), [0.5; 3]);
-        // Beneath the block it is dark, and beside it lighter the further away.
-        let across: Vec<f64> = [0.0, 1.2, 1.6, 2.4, 4.0].map(|x| below(&ground, x, 0.0)[0]).into();
-        assert!(across[0] < 0.01 && across.windows(2).all(|pair| pair[0] < pair[1]), "{across:?}");
+        for coarse in [false, true] {
+            let light = Environment::uniform([1.0; 3]);
+            let ground = ground([0.5; 3], 0.0, &[block(1.0, 0.0, 1.0)], &light, coarse).unwrap();
+            assert_eq!(below(&ground, 5.0, 0.0), [0.5; 3]);
+            assert_eq!(below(&ground, 50.0, -70.0), [0.5; 3]);
+            // Beneath the block it is dark, and beside it lighter the further away.
+            let across: Vec<f64> = [0.0, 1.2, 1.6, 2.4, 4.0].map(|x| below(&ground, x, 0.0)[0]).into();
+            assert!(across[0] < 0.01 && across.windows(2).all(|pair| pair[0] < pair[1]), "{across:?}");
+        }
     }
 
     #[test]
     fn directions_are_unit_and_each_weighs_as_much() {
-        let mut mean = DVec3::ZERO;
-        for k in 0..CELLS * CELLS {
-            let d = direction((k % CELLS) as f64 + 0.5, (k / CELLS) as f64 + 0.5, CELLS);
+        let (mut mean, [cells, _]) = (DVec3::ZERO, CELLS);
+        for k in 0..cells * cells {
+            let d = direction((k % cells) as f64 + 0.5, (k / cells) as f64 + 0.5, cells);
             assert!((d.length() - 1.0).abs() < 1e-12 && d.z > 0.0);
-            mean += d / (CELLS * CELLS) as f64;
+            mean += d / (cells * cells) as f64;
         }
         // The mean of cos θ with weight cos θ is 2/3. It ends upright at the rim, where the midpoint rule is good to
         // the power 3/2 of a cell's width.
-        let width = 1.0 / CELLS as f64;
+        let width = 1.0 / cells as f64;
         assert!(mean.truncate().length() < 1e-12 && (mean.z - 2.0 / 3.0).abs() < width.powf(1.5), "{mean}");
     }
 }

@@ -110,14 +110,9 @@ impl View {
     /// [`Error::Usage`] for a device that is not there, [`Error::Output`] for an address that cannot be listened at, and what
     /// is wrong with the files.
     pub fn open(files: &[PathBuf], options: &Options) -> Result<Self, Error> {
-        let address = SocketAddr::new(options.listen, options.port);
-        let bind = |e| {
-            Error::output(address.to_string(), format!("cannot be listened at ({e}); choose another port"))
-        };
-        let listener = TcpListener::bind(address).map_err(bind)?;
-        let address = listener.local_addr().map_err(bind)?;
+        let (listener, address) = listen(SocketAddr::new(options.listen, options.port))?;
         let guard = Guard::new(!options.listen.is_loopback()).map_err(|e| Error::output("the token", e))?;
-        let store = Arc::new(Store::new(&options.start)?);
+        let store = Arc::new(Store::new(&options.start, &std::env::temp_dir())?);
         let (hub, inbox, sights) = (Arc::<Hub>::default(), Arc::<Inbox>::default(), Arc::<Sights>::default());
         let (backend, device, open) = (options.backend.clone(), options.device, options.open);
         // A device that is not there is said before anything is shown.
@@ -129,6 +124,7 @@ impl View {
             sights: Arc::clone(&sights),
             sessions: Arc::clone(&sessions),
             folder: options.output.clone(),
+            written: Mutex::default(),
             last: Mutex::default(),
         });
         let busy = Arc::clone(&sights);
@@ -147,6 +143,7 @@ impl View {
             inquiry,
             export,
             swatches: swatch::Swatches::default(),
+            uploads: tokio::sync::Semaphore::new(server::UPLOADS),
         };
         Ok(View { server, address })
     }
@@ -163,6 +160,15 @@ impl View {
     pub fn serve(self, stop: &dyn Fn() -> bool) -> Result<(), Error> {
         server::serve(self.server, stop)
     }
+}
+
+/// Listens at an address; which one it is, where any port was asked for.
+fn listen(address: SocketAddr) -> Result<(TcpListener, SocketAddr), Error> {
+    let bind =
+        |e| Error::output(address.to_string(), format!("cannot be listened at ({e}); choose another port"));
+    let listener = TcpListener::bind(address).map_err(bind)?;
+    let address = listener.local_addr().map_err(bind)?;
+    Ok((listener, address))
 }
 
 /// The desk with the files on it.

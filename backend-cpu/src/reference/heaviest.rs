@@ -1,6 +1,7 @@
 //! The heaviest chain of a ray: of all ways that its light can take, the one that most of it takes.
 
-use super::{Light, Ray, Reference, Walk, any_axis, surface::Surfaces};
+use super::surface::{Crossing, Surfaces};
+use super::{Light, Ray, Reference, Walk, any_axis};
 use glam::DVec3;
 use spectral_core::camera::CameraRay;
 use spectral_core::prepare::PreparedScene;
@@ -139,16 +140,7 @@ impl Search<'_> {
                 return self.chain(after, None);
             }
             walk.event(ray, &crossing);
-            let point = ray.origin + ray.direction * crossing.distance;
-            let event = Event {
-                point,
-                facet: facet_at(&reference.scene, point, crossing.normal).unwrap_or_default(),
-                kind: Kind::End,
-                angle: (-ray.direction.dot(crossing.normal)).clamp(-1.0, 1.0).acos().to_degrees(),
-                left: ray.light.intensity(),
-                length: crossing.distance,
-                inside: !ray.nest.is_empty(),
-            };
+            let event = end(scene, &ray, &crossing);
             let on = walk.pending.iter().any(|child| child.nest != crossing.before);
             if walk.pending.is_empty() {
                 // The rest of this way is too weak to be followed, or leaves at the depth limit.
@@ -156,16 +148,9 @@ impl Search<'_> {
                 return self.chain(Some(self.steps.len() - 1), None);
             }
             for child in walk.pending.drain(..) {
-                let kind = match (child.nest == crossing.before, child.nest.is_empty()) {
-                    (true, _) if on => Kind::Reflection,
-                    (true, _) => Kind::TotalReflection,
-                    (false, true) => Kind::Out,
-                    (false, false) => Kind::In,
-                };
-                self.steps.push(Step {
-                    event: Event { kind, left: child.light.intensity(), ..event },
-                    before: after,
-                });
+                let kind = kind(&child, &crossing, on);
+                let event = Event { kind, left: child.light.intensity(), ..event };
+                self.steps.push(Step { event, before: after });
                 waiting.push(Waiting { ray: child, after: Some(self.steps.len() - 1), number });
                 number += 1;
             }
@@ -182,6 +167,30 @@ impl Search<'_> {
         }
         events.reverse();
         Chain { events, exit }
+    }
+}
+
+/// What happened to a ray that came from a surface; `on` says whether others go on through it.
+fn kind(child: &Ray, crossing: &Crossing, on: bool) -> Kind {
+    match (child.nest == crossing.before, child.nest.is_empty()) {
+        (true, _) if on => Kind::Reflection,
+        (true, _) => Kind::TotalReflection,
+        (false, true) => Kind::Out,
+        (false, false) => Kind::In,
+    }
+}
+
+/// The event at which a ray ends, unless something goes on from it.
+fn end(scene: &PreparedScene, ray: &Ray, crossing: &Crossing) -> Event {
+    let point = ray.origin + ray.direction * crossing.distance;
+    Event {
+        point,
+        facet: facet_at(scene, point, crossing.normal).unwrap_or_default(),
+        kind: Kind::End,
+        angle: (-ray.direction.dot(crossing.normal)).clamp(-1.0, 1.0).acos().to_degrees(),
+        left: ray.light.intensity(),
+        length: crossing.distance,
+        inside: !ray.nest.is_empty(),
     }
 }
 

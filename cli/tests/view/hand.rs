@@ -208,13 +208,19 @@ fn the_settled_picture_is_the_one_that_render_writes() {
     let find = |extension: &str| {
         saved.iter().find(|path| path.extension().is_some_and(|e| e == extension)).expect("a file")
     };
-    let rendered = place.folder.path().join("rendered.png");
-    let status = Command::new(env!("CARGO_BIN_EXE_gemtrace"))
-        .args(["render", "-q", "--backend", "cpu", "-o"])
-        .arg(&rendered)
-        .arg(find("toml"))
-        .status();
-    assert!(status.expect("it runs").success());
+    // The command that is shown, as a shell takes it.
+    page.eval(
+        "import(document.querySelector('script[type=module]').src.replace('main.js', 'app.js'))
+           .then(({ listen }) => listen('command', ({ text }) => { window.command = text; }))",
+    );
+    page.key("k", 0);
+    page.wait("window.command");
+    let command = page.eval("command").as_str().expect("text").to_owned();
+    let shell =
+        command.replacen("gemtrace render", &format!("'{}' render -q", env!("CARGO_BIN_EXE_gemtrace")), 1);
+    let status = Command::new("sh").arg("-c").arg(shell).current_dir(place.folder.path()).status();
+    assert!(status.expect("it runs").success(), "{command}");
+    let rendered = place.folder.path().join(command.rsplit(' ').next().unwrap_or_default());
     let [written, rendered] =
         [find("png"), &rendered].map(|path| image::open(path).expect("a picture").into_rgba8());
     let (width, canvas) = pixels(&page, "#view-a");

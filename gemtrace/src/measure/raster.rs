@@ -15,8 +15,6 @@ pub(super) struct Eye<'a> {
     camera: Camera,
     conditions: &'a Conditions,
     session: &'a mut Session,
-    /// The light models that were drawn.
-    drawn: Vec<(LightModel, Environment)>,
 }
 
 impl<'a> Eye<'a> {
@@ -41,25 +39,17 @@ impl<'a> Eye<'a> {
             }
         };
         let camera = Camera { position: DVec3::Z * distance, look_at: DVec3::ZERO, up: DVec3::Y, projection };
-        Ok(Eye { camera, conditions, session, drawn: Vec::new() })
+        Ok(Eye { camera, conditions, session })
     }
 
-    /// The stone under a light model, which is drawn once.
+    /// The stone under a light model, which the session draws once.
     pub fn see_under(
         &mut self,
         stone: &Stone,
         model: &LightModel,
         watch: &mut dyn Watch,
     ) -> Result<Raster, Error> {
-        let known = self.drawn.iter().find(|(drawn, _)| drawn == model).map(|(_, light)| light.clone());
-        let light = match known {
-            Some(light) => light,
-            None => {
-                let light = Environment::image(model.image()?);
-                self.drawn.push((model.clone(), light.clone()));
-                light
-            }
-        };
+        let light = Environment::image(self.session.assets.drawn(model)?);
         self.see(stone, light, watch)
     }
 

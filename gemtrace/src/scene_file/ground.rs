@@ -31,13 +31,14 @@ struct Site<'a> {
 }
 
 /// A diffuse ground goes into the environment, any other is a slab with its top at the height of the ground; `scale` is
-/// what the scene was enlarged by.
+/// what the scene was enlarged by, and `coarse` says how a diffuse ground is shaded.
 pub(super) fn read(
     root: &Fields,
     materials: &Materials,
     scale: f64,
     stones: &[Stone],
     environment: &mut Environment,
+    coarse: bool,
 ) -> Result<Option<Stone>, Error> {
     let Some(entry) = root.get("ground") else { return Ok(None) };
     let fields = entry.fields("[ground]")?;
@@ -50,7 +51,7 @@ pub(super) fn read(
     let site = Site { fields, height, size, scale, stones, bounds };
     let material = match key {
         "diffuse" => {
-            let ground = shade::ground(albedo(&kind)?, site.diffuse_height()?, stones, environment);
+            let ground = shade::ground(albedo(&kind)?, site.diffuse_height()?, stones, environment, coarse);
             environment.ground = Some(Arc::new(ground.map_err(|e| site.fields.error(e))?));
             return Ok(None);
         }

@@ -5,6 +5,8 @@ use crate::{Error, import};
 use sha2::{Digest, Sha256};
 use spectral_core::Warning;
 use spectral_core::environment::{LatLong, LightModel};
+use spectral_core::mesh::Mesh;
+use spectral_core::shape::ShapeSpec;
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::fmt::Write;
@@ -23,6 +25,9 @@ pub struct SourceFile {
     pub sha256: String,
 }
 
+/// The most light models and shapes that are kept.
+const MADE: usize = 16;
+
 /// What the files of earlier scenes were decoded to, so that a scene that names them again need not read them.
 ///
 /// A file counts as the same while its size and its time of change are. What the latest scene did not name is forgotten,
@@ -35,8 +40,12 @@ pub struct Assets {
     /// The most that rest.
     keep: usize,
     gate: Option<Gate>,
-    /// The light model that was drawn last.
-    drawn: Option<(LightModel, Arc<LatLong>)>,
+    /// The light models that were drawn last, the latest last.
+    drawn: Vec<(LightModel, Arc<LatLong>)>,
+    /// The shapes that were made last, likewise.
+    shaped: Vec<(ShapeSpec, (Arc<Mesh>, Vec<Warning>))>,
+    /// Whether shadows on the ground are coarse.
+    coarse: bool,
 }
 
 /// Says where a file is that a scene names, or why it may not be read.
@@ -46,6 +55,16 @@ impl Assets {
     /// Also keeps up to `files` files that only earlier scenes named, and reads none that `gate` refuses.
     pub fn keeping(files: usize, gate: Gate) -> Self {
         Assets { keep: files, gate: Some(gate), ..Assets::default() }
+    }
+
+    /// Whether shadows on a diffuse ground are coarse from now on: a frame of something that moves cannot wait for fine ones.
+    pub(crate) fn shade_coarsely(&mut self, coarse: bool) {
+        self.coarse = coarse;
+    }
+
+    /// The image of a light model.
+    pub(crate) fn drawn(&mut self, model: &LightModel) -> Result<Arc<LatLong>, spectral_core::Error> {
+        remembered(&mut self.drawn, model, || Ok(Arc::new(model.image()?)))
     }
 
     /// Takes out what is known of a file, if it is still the same.
@@ -61,6 +80,23 @@ impl Assets {
         let most = self.resting.len().saturating_sub(self.keep);
         self.resting.drain(..most);
     }
+}
+
+/// What was made of a key before, or is made now.
+fn remembered<K: Clone + PartialEq, T: Clone>(
+    known: &mut Vec<(K, T)>,
+    key: &K,
+    make: impl FnOnce() -> Result<T, spectral_core::Error>,
+) -> Result<T, spectral_core::Error> {
+    if let Some((_, made)) = known.iter().find(|(other, _)| other == key) {
+        return Ok(made.clone());
+    }
+    let made = make()?;
+    if known.len() == MADE {
+        known.remove(0);
+    }
+    known.push((key.clone(), made.clone()));
+    Ok(made)
 }
 
 /// A file, and what one of its readers made of it.
@@ -142,14 +178,22 @@ impl<'a> Sources<'a> {
 
     /// The image of a light model.
     pub fn drawn(&mut self, model: &LightModel) -> Result<Arc<LatLong>, spectral_core::Error> {
-        match &self.earlier.drawn {
-            Some((drawn, image)) if drawn == model => Ok(Arc::clone(image)),
-            _ => {
-                let image = Arc::new(model.image()?);
-                self.earlier.drawn = Some((model.clone(), Arc::clone(&image)));
-                Ok(image)
-            }
-        }
+        self.earlier.drawn(model)
+    }
+
+    /// The solid of a shape.
+    pub fn shaped(&mut self, shape: &ShapeSpec) -> Result<Arc<Mesh>, spectral_core::Error> {
+        let (mesh, warnings) = remembered(&mut self.earlier.shaped, shape, || {
+            let (mesh, warnings) = shape.cut()?.solid()?;
+            Ok((Arc::new(mesh), warnings))
+        })?;
+        self.warn(warnings);
+        Ok(mesh)
+    }
+
+    /// Whether shadows on the ground are coarse.
+    pub fn shades_coarsely(&self) -> bool {
+        self.earlier.coarse
     }
 
     /// Adds what was not yet said.

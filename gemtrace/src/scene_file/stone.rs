@@ -159,10 +159,7 @@ fn shape(entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
             entry.read()?
         }
     };
-    let cut = spec.cut().map_err(|e| entry.error(e))?;
-    let (mesh, warnings) = cut.solid().map_err(|e| entry.error(e))?;
-    sources.warn(warnings);
-    Ok(Arc::new(mesh))
+    sources.shaped(&spec).map_err(|e| entry.error(e))
 }
 
 /// A solid from a file; many stones of one file share it.

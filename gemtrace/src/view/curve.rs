@@ -3,15 +3,14 @@
 use super::message::Question;
 use super::sight::Sight;
 use super::solid::Solid;
-use crate::measure::{Conditions, Measurement};
-use crate::{Error, Session, Watch, registry};
+use super::watch::Patience;
+use crate::measure::{Conditions, Figures, Measurement};
+use crate::{Error, Session, registry};
 use serde_json::{Value, json};
 use spectral_core::environment::Pattern;
 use spectral_core::scene::Stone;
-use spectral_core::tracer::{OpenOptions, Progress};
+use spectral_core::tracer::OpenOptions;
 use spectral_core::wavelength::WavelengthGrid;
-use std::ops::ControlFlow;
-use std::time::Duration;
 
 /// Tilts, degrees.
 const FROM: i32 = -30;
@@ -20,33 +19,24 @@ const STEPS: i32 = 13;
 /// Rays along an edge of the raster, and their wavelengths: coarse, within a percent of the light.
 const RAYS: u32 = 64;
 const WAVELENGTHS: usize = 4;
-/// How long it rests where pictures are rendered.
-const REST: Duration = Duration::from_millis(5);
-
-/// Lets pictures go first, and ends where it is no longer asked for.
-struct Patience<'a> {
-    busy: &'a dyn Fn() -> bool,
-    overtaken: &'a dyn Fn() -> bool,
+/// What measures: one thread, which rests where pictures are rendered.
+///
+/// # Errors
+/// [`Error::Usage`] where there is no processor to render on.
+pub fn session() -> Result<Session, Error> {
+    let open = OpenOptions { threads: Some(1), ..OpenOptions::default() };
+    Ok(Session::new(registry::choose("cpu", None)?, open))
 }
 
-impl Watch for Patience<'_> {
-    fn progress(&mut self, _: Progress) -> ControlFlow<()> {
-        while (self.busy)() && !(self.overtaken)() {
-            std::thread::sleep(REST);
-        }
-        if (self.overtaken)() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    }
-}
-
-/// The message `curve`; `None` where another question has overtaken this one.
+/// The message `curve`; `None` where another question has overtaken this one. The session keeps the light models.
 ///
 /// # Errors
 /// As [`Measurement::at`].
 pub fn answer(
     sight: &Sight,
     question: &Question,
-    busy: &dyn Fn() -> bool,
-    overtaken: &dyn Fn() -> bool,
+    session: &mut Session,
+    watch: &mut Patience,
 ) -> Result<Option<Value>, Error> {
     let Question::Curve { id, .. } = *question else { return Ok(None) };
     let Some(stone) = sight.loaded.scene.stones.first() else { return Ok(None) };
@@ -59,35 +49,34 @@ pub fn answer(
         ..defaults.settings.clone()
     };
     let conditions = Conditions { models: vec![Pattern::Iso], size: RAYS, settings, ..defaults };
-    // One thread: it rests where pictures are rendered.
-    let open = OpenOptions { threads: Some(1), ..OpenOptions::default() };
-    let mut session = Session::new(registry::choose("cpu", None)?, open);
-    let mut measurement = Measurement::new(&stone, &conditions, &mut session)?;
-    let mut watch = Patience { busy, overtaken };
+    let mut measurement = Measurement::new(&stone, &conditions, session)?;
     let (mut tilts, mut values, mut figures) = (Vec::new(), Vec::new(), Value::Null);
     for step in 0..STEPS {
         let tilt = f64::from(FROM + STEP * step);
-        let position = match measurement.at(tilt, &mut watch) {
+        let position = match measurement.at(tilt, watch) {
             Ok(position) => position,
             Err(Error::Interrupted) => return Ok(None),
             Err(error) => return Err(error),
         };
-        let seen = &position.stone;
         if tilt == 0.0 {
-            let figure =
-                |label: &str, share: f64| json!({ "label": label, "value": 100.0 * share, "unit": "%" });
-            figures = json!([
-                figure("Return", seen.light_return[0]),
-                figure("Leakage", seen.leakage),
-                figure("Head shadow", seen.extinction),
-                figure("Contrast", seen.contrast),
-            ]);
+            figures = face_up(&position.stone);
         }
         tilts.push(tilt);
-        values.push(100.0 * seen.light_return[0]);
+        values.push(100.0 * position.stone.light_return[0]);
     }
     Ok(Some(json!({
         "type": "curve", "id": id, "tilts": tilts, "values": values, "figures": figures,
         "label": "Light return, %, ISO, a head of 10°",
     })))
+}
+
+/// The figures of a stone whose table is turned to the eye.
+fn face_up(seen: &Figures) -> Value {
+    let figure = |label: &str, share: f64| json!({ "label": label, "value": 100.0 * share, "unit": "%" });
+    json!([
+        figure("Return", seen.light_return[0]),
+        figure("Leakage", seen.leakage),
+        figure("Head shadow", seen.extinction),
+        figure("Contrast", seen.contrast),
+    ])
 }

@@ -20,6 +20,10 @@ use spectral_core::shown;
 use spectral_core::tracer::TraceReport;
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
+
+/// How long nothing must come before the ground is shaded as the picture has it.
+const REST: Duration = Duration::from_millis(150);
 
 /// What the thread owns.
 pub struct Desk {
@@ -93,8 +97,13 @@ impl Desk {
 
     fn refine(&mut self, letter: Letter) {
         let Some(side) = self.sides[letter as usize].as_mut() else { return };
+        // A hand that turns on does not wait for fine shadows.
+        if side.coarse && !self.inbox.is_quiet(REST) {
+            return;
+        }
+        let shaded = if side.coarse { side.shade(&mut self.assets) } else { Ok(()) };
         let mut watch = Onlooker::new(&self.hub, &self.inbox, letter, self.answers, side);
-        match side.refine(&mut watch) {
+        match shaded.and_then(|()| side.refine(&mut watch)) {
             Ok(Some(picture)) => {
                 let change = picture.film.change();
                 let sight = Sight { picture: Some(Arc::new(picture)), ..Sight::new(side, self.answers) };
@@ -168,58 +177,45 @@ impl Desk {
 
     /// Changes the documents; says what the change is called, whether it is done, and which setting it is.
     fn apply(&mut self, change: Change) -> Result<Option<(String, bool, Option<String>)>, Refusal> {
-        let mut all = |change: &mut dyn FnMut(&mut Setup)| {
-            self.history.now.sides.iter_mut().flatten().for_each(change);
-        };
-        let (label, id, done) = match change {
-            Change::Pose { id, rotation, done } => {
-                let pose = DQuat::from_array(rotation);
-                if !pose.is_finite() || (pose.length() - 1.0).abs() > 0.01 {
-                    return Err(unfit(
-                        "the stone was not turned",
-                        "a pose is a unit quaternion [x, y, z, w]",
-                    ));
-                }
-                all(&mut |setup| setup.set_pose(pose));
-                ("turn", id, done)
+        self.answers = self.answers.max(change.id());
+        let (label, done) = match change {
+            Change::Pose { rotation, done, .. } => {
+                let pose = unit(rotation)?;
+                self.setups().for_each(|setup| setup.set_pose(pose));
+                ("turn", done)
             }
-            Change::FaceUp { id } => {
-                all(&mut |setup| setup.set_pose(DQuat::from_rotation_arc(glam::DVec3::Z, setup.towards())));
-                ("face up", id, true)
+            Change::FaceUp { .. } => {
+                self.setups().for_each(Setup::face_up);
+                ("face up", true)
             }
-            Change::Distance { id, factor, done } => {
+            Change::Distance { factor, done, .. } => {
                 let factor = if factor.is_finite() { factor.clamp(0.2, 10.0) } else { 1.0 };
-                all(&mut |setup| setup.set_distance(factor));
-                ("distance", id, done)
+                self.setups().for_each(|setup| setup.set_distance(factor));
+                ("distance", done)
             }
-            Change::Lights { id, rotation, done } => {
-                let value = Value::from(rotation);
-                let lists = &self.lists;
-                for setup in self.history.now.sides.iter_mut().flatten() {
-                    setting::set(setup, lists, "rotation", &value)
+            Change::Lights { rotation, done, .. } => {
+                let (lists, sides) = (&self.lists, &mut self.history.now.sides);
+                for setup in sides.iter_mut().flatten() {
+                    setting::set(setup, lists, "rotation", &Value::from(rotation))
                         .map_err(|why| unfit("the lights were not turned", &why))?;
                 }
-                ("lights", id, done)
+                ("lights", done)
             }
-            Change::Set { id, path, value, side, done } => {
-                self.answers = self.answers.max(id);
-                let label = self.set(&path, &value, side)?;
-                return Ok(Some((label, done, Some(path))));
+            Change::Set { path, value, side, done, .. } => {
+                return Ok(Some((self.set(&path, &value, side)?, done, Some(path))));
             }
-            Change::Undo { id } => {
-                self.answers = self.answers.max(id);
-                self.history.undo();
-                return Ok(None);
-            }
-            Change::Redo { id } => {
-                self.answers = self.answers.max(id);
-                self.history.redo();
+            Change::Undo { .. } | Change::Redo { .. } => {
+                self.history.step(matches!(change, Change::Undo { .. }));
                 return Ok(None);
             }
             Change::Compare { on, swap } => return Ok(Some(self.compare(on, swap))),
         };
-        self.answers = self.answers.max(id);
         Ok(Some((label.to_owned(), done, None)))
+    }
+
+    /// The scenes of both sides.
+    fn setups(&mut self) -> impl Iterator<Item = &mut Setup> {
+        self.history.now.sides.iter_mut().flatten()
     }
 
     /// Changes a setting; the exposure is one for both sides.
@@ -367,6 +363,14 @@ impl Desk {
     fn tell_lists(&self) {
         self.hub.set_hello(&(self.hello)(&self.lists));
     }
+}
+
+/// A rotation as a page sends it.
+fn unit(rotation: [f64; 4]) -> Result<DQuat, Refusal> {
+    let pose = DQuat::from_array(rotation);
+    let unit = pose.is_finite() && (pose.length() - 1.0).abs() < 0.01;
+    unit.then_some(pose)
+        .ok_or_else(|| unfit("the stone was not turned", "a pose is a unit quaternion [x, y, z, w]"))
 }
 
 /// Something that the page should not have asked for.

@@ -103,9 +103,10 @@ impl Setup {
         }
     }
 
-    /// From the stones towards the eye, unit.
-    pub fn towards(&self) -> DVec3 {
-        self.eye().map_or(DVec3::Z, |[eye, at]| (eye - at).normalize_or(DVec3::Z))
+    /// Turns +z, a table's normal, towards the eye.
+    pub fn face_up(&mut self) {
+        let towards = self.eye().map_or(DVec3::Z, |[eye, at]| (eye - at).normalize_or(DVec3::Z));
+        self.set_pose(DQuat::from_rotation_arc(DVec3::Z, towards));
     }
 
     /// The scene for a picture of this size. A picture that is narrower than high shows as much across as a square one.
@@ -168,25 +169,20 @@ impl History {
         }
     }
 
-    pub fn undo(&mut self) -> bool {
+    /// Goes a step back, or forth again; a gesture that goes on has ended.
+    pub fn step(&mut self, back: bool) {
         if let Some(before) = self.gesture.take() {
             self.note("the last change".to_owned(), before, true);
         }
-        step(&mut self.now, &mut self.past, &mut self.future)
-    }
-
-    pub fn redo(&mut self) -> bool {
-        step(&mut self.now, &mut self.future, &mut self.past)
+        let History { now, past, future, .. } = self;
+        let (from, to) = if back { (past, future) } else { (future, past) };
+        if let Some((label, other)) = from.pop() {
+            to.push((label, std::mem::replace(now, other)));
+        }
     }
 
     /// What undo and redo would undo and redo.
     pub fn labels(&self) -> [Option<&str>; 2] {
         [&self.past, &self.future].map(|steps| steps.last().map(|(label, _)| label.as_str()))
     }
-}
-
-fn step(now: &mut Document, from: &mut Vec<(String, Document)>, to: &mut Vec<(String, Document)>) -> bool {
-    let Some((label, other)) = from.pop() else { return false };
-    to.push((label, std::mem::replace(now, other)));
-    true
 }

@@ -2,17 +2,18 @@
 //! nowhere else, under names that no request chooses.
 
 use super::desk;
-use super::hub::locked;
+use super::hub::{Client, locked};
 use super::inbox::Sessions;
 use super::message::{Format, Letter, Refusal};
 use super::sight::{Sight, Sights};
 use super::store::Store;
-use crate::Error;
+use super::watch::Patience;
 use crate::batch::plain;
 use crate::batch::sweep::base::rename_files;
 use crate::output::{self, Options, Picture, Target, animation};
 use crate::scene_file::{Assets, Draft};
 use crate::sequence::Motion;
+use crate::{Error, Watch};
 use serde_json::{Value, json};
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Arc, Mutex};
@@ -25,22 +26,38 @@ pub struct Export {
     pub store: Arc<Store>,
     pub sights: Arc<Sights>,
     pub sessions: Sessions,
-    /// The folder that files are written to.
+    /// The folder that files are written to, and what has been written there.
     pub folder: PathBuf,
+    pub written: Mutex<Vec<PathBuf>>,
     /// The last scene that was written, and where.
     pub last: Mutex<Option<(String, PathBuf)>>,
 }
 
 impl Export {
-    /// Saves into the folder; the message `saved`.
-    pub fn save(&self, side: Letter, format: Format, id: u64) -> Value {
+    /// Saves into the folder; the message `saved`. Who asked is told how far a turn is; if they leave, it ends.
+    pub fn save(&self, client: &Client, side: Letter, format: Format, id: u64) -> Value {
         let made = std::fs::create_dir_all(&self.folder);
         let made = made.map_err(|e| Error::output(&self.folder, format!("cannot be made ({e})")));
         let sight = self.sights.get(side);
-        let written = made.and(sight).and_then(|sight| self.write(side, &sight, format, &self.folder));
-        let mut message = json!({ "type": "saved", "id": id, "side": side.name(), "format": format.name() });
+        let message =
+            |kind: &str| json!({ "type": kind, "id": id, "side": side.name(), "format": format.name() });
+        let tell = |done: u32, of: u32| {
+            let mut message = message("saving");
+            (message["done"], message["of"]) = (done.into(), of.into());
+            client.answer(&message);
+        };
+        let busy = || self.sights.is_busy();
+        let mut watch = Patience { busy: &busy, over: &|| client.is_gone() };
+        let written = made.and(sight).and_then(|sight| match format {
+            Format::Turn => self.turn(&sight, &self.folder, &mut watch, &tell),
+            _ => self.write(side, &sight, format, &self.folder),
+        });
+        let mut message = message("saved");
         match written {
-            Ok(path) => message["files"] = json!([path.display().to_string()]),
+            Ok(path) => {
+                message["files"] = json!([path.display().to_string()]);
+                locked(&self.written).push(path);
+            }
             Err(error) => {
                 let what = "nothing was saved".to_owned();
                 message["error"] =
@@ -62,6 +79,13 @@ impl Export {
         Ok((name, crate::import::read_file(&path)?))
     }
 
+    /// What was saved under a name.
+    pub fn saved(&self, name: &str) -> Option<Result<Vec<u8>, Error>> {
+        let written = locked(&self.written);
+        let path = written.iter().find(|path| path.file_name().is_some_and(|own| own == name))?;
+        Some(crate::import::read_file(path))
+    }
+
     /// The command line that renders what is seen, from a scene file that is written for it.
     ///
     /// # Errors
@@ -70,7 +94,8 @@ impl Export {
         std::fs::create_dir_all(&self.folder)
             .map_err(|e| Error::output(&self.folder, format!("cannot be made ({e})")))?;
         let path = self.scene(sight, &self.folder)?;
-        Ok(format!("gemtrace render {} -o {}", quoted(&path), quoted(&path.with_extension("png"))))
+        let picture = free(&self.folder, &path.file_stem().unwrap_or_default().to_string_lossy(), "png");
+        Ok(format!("gemtrace render {}{} -o {}", device(sight), quoted(&path), quoted(&picture)))
     }
 
     fn write(&self, side: Letter, sight: &Sight, format: Format, folder: &Path) -> Result<PathBuf, Error> {
@@ -87,7 +112,7 @@ impl Export {
                 self.render(&draft)?.write(&Target::new(&path)?)?;
                 Ok(path)
             }
-            Format::Turn => self.turn(sight, folder),
+            Format::Turn => self.turn(sight, folder, &mut (), &|_, _| {}),
         }
     }
 
@@ -106,7 +131,13 @@ impl Export {
         session.render(loaded)
     }
 
-    fn turn(&self, sight: &Sight, folder: &Path) -> Result<PathBuf, Error> {
+    fn turn(
+        &self,
+        sight: &Sight,
+        folder: &Path,
+        watch: &mut dyn Watch,
+        tell: &dyn Fn(u32, u32),
+    ) -> Result<PathBuf, Error> {
         let frames = tempfile::tempdir().map_err(|e| Error::output(std::env::temp_dir(), e))?;
         let (draft, mut session) = (sight.draft(), (self.sessions)()?);
         let mut assets = Assets::keeping(0, self.store.gate());
@@ -114,7 +145,8 @@ impl Export {
         for frame in 0..FRAMES {
             let loaded = Motion::Turntable.frame(&draft, frame, FRAMES).load(&mut assets)?;
             let path = frames.path().join(format!("{frame:04}.png"));
-            session.render(loaded)?.save(&path)?;
+            tell(frame, FRAMES);
+            session.render_watched(loaded, watch)?.save(&path)?;
             paths.push(path);
         }
         let path = free(folder, &(stem(sight) + "-turn"), "png");
@@ -157,6 +189,13 @@ impl Export {
         *last = Some((text, path.clone()));
         Ok(path)
     }
+}
+
+/// The arguments that choose the device of a sight: others may round otherwise.
+fn device(sight: &Sight) -> String {
+    let Some(device) = &sight.device else { return String::new() };
+    let number = if device.index > 0 { format!("--device {} ", device.index) } else { String::new() };
+    format!("--backend {} {number}", device.backend)
 }
 
 /// The name of a scene, for names of files.

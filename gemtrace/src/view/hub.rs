@@ -53,7 +53,8 @@ impl Client {
         self.news.notify_one();
     }
 
-    fn is_gone(&self) -> bool {
+    /// Whether the connection has ended.
+    pub fn is_gone(&self) -> bool {
         locked(&self.waiting).gone
     }
 

@@ -6,10 +6,13 @@ use crate::{Error, Session};
 use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::time::Duration;
 use tokio::sync::oneshot;
 
 /// The most that waits; then the page is told that it asks too fast.
 const MOST: usize = 1000;
+/// A time after which one may as well wait again.
+const LONG: Duration = Duration::from_secs(3600);
 
 /// Makes sessions with the devices that were asked for.
 pub type Sessions = Arc<dyn Fn() -> Result<Session, Error> + Send + Sync>;
@@ -88,12 +91,15 @@ impl<T: Overtaken> Queue<T> {
 
     /// Waits until something waits.
     pub fn wait(&self) {
+        while self.is_quiet(LONG) {}
+    }
+
+    /// Waits for a time; returns whether nothing has come.
+    pub fn is_quiet(&self, time: Duration) -> bool {
         let waiting = locked(&self.waiting);
-        drop(
-            self.news
-                .wait_while(waiting, |waiting| waiting.is_empty())
-                .unwrap_or_else(PoisonError::into_inner),
-        );
+        let none = |waiting: &mut VecDeque<T>| waiting.is_empty();
+        let waited = self.news.wait_timeout_while(waiting, time, none);
+        waited.unwrap_or_else(PoisonError::into_inner).1.timed_out()
     }
 }
 

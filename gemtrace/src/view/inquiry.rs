@@ -9,6 +9,7 @@ use super::message::{Question, Refusal};
 use super::pixel;
 use super::sight::{Sight, Sights};
 use super::solid::Solid;
+use super::watch::Patience;
 use super::{curve, desk};
 use crate::{Error, Session, import};
 use serde_json::{Value, json};
@@ -48,8 +49,7 @@ impl Inquiry {
     ) -> Result<Self, Error> {
         let queues: [Arc<Queue<Asked>>; 3] = Default::default();
         let [quick, curves, files] = queues.clone();
-        let seen = Arc::clone(sights);
-        let exported = Arc::clone(export);
+        let (seen, exported) = (Arc::clone(sights), Arc::clone(export));
         spawn(move || {
             let mut eye = Eye::default();
             loop {
@@ -58,10 +58,17 @@ impl Inquiry {
         })?;
         let seen = Arc::clone(sights);
         spawn(move || {
+            let mut session = None;
             loop {
                 let asked = curves.next();
-                let overtaken = || curves.is_waiting();
-                answer(&asked, &seen, |sight, question| curve::answer(sight, question, &busy, &overtaken));
+                let mut watch = Patience { busy: &busy, over: &|| curves.is_waiting() };
+                answer(&asked, &seen, |sight, question| {
+                    let session = match &mut session {
+                        Some(session) => session,
+                        none => none.insert(curve::session()?),
+                    };
+                    curve::answer(sight, question, session, &mut watch)
+                });
             }
         })?;
         let exported = Arc::clone(export);
@@ -69,7 +76,7 @@ impl Inquiry {
             loop {
                 let asked = files.next();
                 if let Question::Save { format, side, id } = asked.question {
-                    asked.client.answer(&exported.save(side, format, id));
+                    asked.client.answer(&exported.save(&asked.client, side, format, id));
                 }
             }
         })?;
@@ -118,6 +125,12 @@ fn answer(
     }
 }
 
+/// A place in the picture, or so near to it that a ray can be made of it.
+fn near(sight: &Sight, at: [f64; 2]) -> [f64; 2] {
+    let edges = [sight.loaded.scene.width, sight.loaded.scene.height].map(f64::from);
+    std::array::from_fn(|k| at[k].clamp(-edges[k], 2.0 * edges[k]))
+}
+
 /// What quick questions need again and again.
 #[derive(Default)]
 struct Eye {
@@ -136,7 +149,8 @@ impl Eye {
         let gear = self.gear(sight);
         match *question {
             Question::Hover { x, y, id, .. } => {
-                let facet = backend_cpu::first_facet(&sight.prepared, &pixel::ray(sight, [x, y]));
+                let ray = pixel::ray(sight, near(sight, [x, y]));
+                let facet = backend_cpu::first_facet(&sight.prepared, &ray);
                 let place = facet.and_then(|facet| solid.place(facet));
                 let outline = place.map(|place| pixel::points(&solid.outline(place)));
                 let facet = place.and_then(|place| solid.facet(place, gear));
@@ -147,7 +161,7 @@ impl Eye {
                     Some(session) => session,
                     none => none.insert(Session::open("cpu")?),
                 };
-                let mut found = pixel::inspect(sight, &solid, gear, [x, y], session)?;
+                let mut found = pixel::inspect(sight, &solid, gear, near(sight, [x, y]), session)?;
                 found["id"] = id.into();
                 Ok(Some(found))
             }

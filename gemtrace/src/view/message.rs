@@ -111,6 +111,22 @@ pub enum Change {
     },
 }
 
+impl Change {
+    /// The number of the message.
+    pub fn id(&self) -> u64 {
+        match *self {
+            Change::Pose { id, .. }
+            | Change::Lights { id, .. }
+            | Change::Distance { id, .. }
+            | Change::FaceUp { id }
+            | Change::Set { id, .. }
+            | Change::Undo { id }
+            | Change::Redo { id } => id,
+            Change::Compare { .. } => 0,
+        }
+    }
+}
+
 /// What is answered without changing anything.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]

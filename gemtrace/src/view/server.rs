@@ -22,7 +22,7 @@ use serde::Deserialize;
 use serde_json::json;
 use std::sync::Arc;
 use std::time::Duration;
-use tokio::sync::oneshot;
+use tokio::sync::{Semaphore, oneshot};
 
 /// What the server has at hand.
 pub struct Server {
@@ -34,12 +34,19 @@ pub struct Server {
     pub inquiry: Inquiry,
     pub export: Arc<Export>,
     pub swatches: Swatches,
+    /// How many files may be on their way at a time: each is in memory as a whole.
+    pub uploads: Semaphore,
 }
+
+/// Files that may be on their way at a time.
+pub const UPLOADS: usize = 2;
 
 /// How often it is asked whether to stop.
 const TICK: Duration = Duration::from_millis(50);
 /// A page that takes nothing for so long is gone.
 const PATIENCE: Duration = Duration::from_secs(30);
+/// A file that takes longer to come is not waited for.
+const UPLOAD: Duration = Duration::from_secs(300);
 /// The largest message of a page, bytes.
 const MESSAGE: usize = 64 << 10;
 /// Edges of a view, device pixels.
@@ -78,6 +85,7 @@ fn routes(server: Arc<Server>) -> Router {
         .route("/live", get(live))
         .route("/drop", post(dropped))
         .route("/save", get(saved))
+        .route("/saved/{name}", get(written))
         .route("/swatch/{name}", get(swatch))
         .layer(middleware::from_fn_with_state(Arc::clone(&server), guarded))
         .with_state(server)
@@ -161,31 +169,26 @@ struct Drop {
 /// Takes a dropped file; one that is too large is refused before any of it is read.
 async fn dropped(
     State(server): State<Arc<Server>>,
-    Query(drop): Query<Drop>,
+    Query(dropped): Query<Drop>,
     headers: HeaderMap,
     body: Body,
 ) -> Response {
     let refuse = |why: String| Refusal {
-        what: format!("{} was not opened", spectral_core::shown(&drop.name)),
+        what: format!("{} was not opened", spectral_core::shown(&dropped.name)),
         why,
         unchanged: "the stone is unchanged".to_owned(),
         code: "size",
         ..Refusal::default()
     };
-    let length =
-        headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
-    let large = || refuse(format!("files of up to {} MB are taken", LARGEST >> 20));
-    if length.is_some_and(|length| length > LARGEST) {
-        return refused(StatusCode::PAYLOAD_TOO_LARGE, &large());
-    }
-    let Ok(bytes) = axum::body::to_bytes(body, LARGEST as usize).await else {
-        return refused(StatusCode::PAYLOAD_TOO_LARGE, &large());
+    let bytes = match received(&server.uploads, &headers, body).await {
+        Ok(bytes) => bytes,
+        Err((status, why)) => return refused(status, &refuse(why)),
     };
-    let path = match server.store.keep(&drop.name, &bytes) {
+    let path = match server.store.keep(&dropped.name, &bytes) {
         Ok(path) => path,
         Err(refusal) => return refused(StatusCode::UNPROCESSABLE_ENTITY, &refusal),
     };
-    let side = Letter::ALL.into_iter().find(|letter| letter.name() == drop.side);
+    let side = Letter::ALL.into_iter().find(|letter| letter.name() == dropped.side);
     let (reply, answer) = oneshot::channel();
     if !server.inbox.put(Order::Dropped { path, side, reply }) {
         return refused(StatusCode::SERVICE_UNAVAILABLE, &refuse("too much is asked for at once".to_owned()));
@@ -195,6 +198,25 @@ async fn dropped(
         Ok(Err(refusal)) => refused(StatusCode::UNPROCESSABLE_ENTITY, &refusal),
         Err(_) => refused(StatusCode::INTERNAL_SERVER_ERROR, &refuse("the view has ended".to_owned())),
     }
+}
+
+/// The bytes of a dropped file, or why they are not taken.
+async fn received(
+    uploads: &Semaphore,
+    headers: &HeaderMap,
+    body: Body,
+) -> Result<axum::body::Bytes, (StatusCode, String)> {
+    let length =
+        headers.get(header::CONTENT_LENGTH).and_then(|length| length.to_str().ok()?.parse::<u64>().ok());
+    let large = || (StatusCode::PAYLOAD_TOO_LARGE, format!("files of up to {} MB are taken", LARGEST >> 20));
+    if length.is_some_and(|length| length > LARGEST) {
+        return Err(large());
+    }
+    // It is never closed.
+    let _turn = uploads.acquire().await;
+    let bytes = tokio::time::timeout(UPLOAD, axum::body::to_bytes(body, LARGEST as usize)).await;
+    let bytes = bytes.map_err(|_| (StatusCode::REQUEST_TIMEOUT, "it came too slowly".to_owned()))?;
+    bytes.map_err(|_| large())
 }
 
 /// What is downloaded.
@@ -212,19 +234,31 @@ async fn saved(State(server): State<Arc<Server>>, Query(save): Query<Save>) -> R
     };
     let export = Arc::clone(&server.export);
     match beside(move || export.download(side, format)).await {
-        Ok(Ok((name, bytes))) => {
-            let kind = match format.extension() {
-                "png" => "image/png",
-                "exr" => "image/x-exr",
-                _ => "application/toml",
-            };
-            let place = format!("attachment; filename=\"{name}\"");
-            ([(header::CONTENT_TYPE, kind.to_owned()), (header::CONTENT_DISPOSITION, place)], bytes)
-                .into_response()
-        }
+        Ok(Ok((name, bytes))) => attached(&name, bytes),
         Ok(Err(error)) => refused(StatusCode::UNPROCESSABLE_ENTITY, &export::refused(&error)),
         Err(_) => StatusCode::INTERNAL_SERVER_ERROR.into_response(),
     }
+}
+
+/// A file that was saved before.
+async fn written(State(server): State<Arc<Server>>, Path(name): Path<String>) -> Response {
+    let (export, asked) = (Arc::clone(&server.export), name.clone());
+    match beside(move || export.saved(&asked)).await {
+        Ok(Some(Ok(bytes))) => attached(&name, bytes),
+        Ok(Some(Err(error))) => refused(StatusCode::UNPROCESSABLE_ENTITY, &export::refused(&error)),
+        _ => (StatusCode::NOT_FOUND, "nothing was saved under this name").into_response(),
+    }
+}
+
+/// A download.
+fn attached(name: &str, bytes: Vec<u8>) -> Response {
+    let kind = match name.rsplit('.').next() {
+        Some("png") => "image/png",
+        Some("exr") => "image/x-exr",
+        _ => "application/toml",
+    };
+    let place = format!("attachment; filename=\"{name}\"");
+    ([(header::CONTENT_TYPE, kind.to_owned()), (header::CONTENT_DISPOSITION, place)], bytes).into_response()
 }
 
 /// Does what takes long on a thread of its own, so that others are answered meanwhile.
@@ -263,27 +297,34 @@ async fn live(State(server): State<Arc<Server>>, upgrade: WebSocketUpgrade) -> R
 
 async fn connected(server: Arc<Server>, mut socket: WebSocket) {
     let client = Arc::new(Client::default());
-    while let Some(keep) = tokio::select! {
-        message = socket.recv() => message.and_then(Result::ok).map(|message| hear(&server, &client, &message)),
+    while tokio::select! {
+        message = socket.recv() => match message {
+            Some(Ok(message)) => hear(&server, &client, &message),
+            Some(Err(error)) => {
+                complain(&client, &format!("{error}; messages have up to {} kB", MESSAGE >> 10));
+                false
+            }
+            None => false,
+        },
         next = client.next() => send(&mut socket, next).await,
-    } {
-        if !keep {
-            break;
-        }
-    }
+    } {}
     server.hub.leave(&client);
     for text in client.last_words() {
-        send(&mut socket, Next::Text(text)).await;
+        if !send(&mut socket, Next::Text(text)).await {
+            return;
+        }
     }
+    // It may have gone already.
+    drop(tokio::time::timeout(PATIENCE, socket.send(Message::Close(None))).await);
 }
 
-/// Sends what is next; `None` where the page does not take it.
-async fn send(socket: &mut WebSocket, next: Next) -> Option<bool> {
+/// Sends what is next; returns whether the page takes it.
+async fn send(socket: &mut WebSocket, next: Next) -> bool {
     let message = match next {
         Next::Text(text) => Message::Text((&*text).into()),
         Next::Picture(bytes) => Message::Binary(axum::body::Bytes::from_owner(bytes)),
     };
-    tokio::time::timeout(PATIENCE, socket.send(message)).await.ok()?.ok().map(|()| true)
+    matches!(tokio::time::timeout(PATIENCE, socket.send(message)).await, Ok(Ok(())))
 }
 
 /// Takes a message of a page; returns whether the connection goes on.

@@ -3,14 +3,13 @@
 use super::document::Setup;
 use super::pace::{Frame, LIMIT, Pace};
 use crate::output::{Options, Picture};
-use crate::registry::label;
 use crate::scene_file::{Assets, LoadedScene};
 use crate::session::Rendered;
 use crate::{Error, Session, Watch};
 use spectral_core::film::Film;
 use spectral_core::prepare::PreparedScene;
 use spectral_core::settings::{Quality, RenderSettings};
-use spectral_core::tracer::Progress;
+use spectral_core::tracer::{DeviceInfo, Progress};
 use spectral_core::wavelength::WavelengthGrid;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -35,13 +34,15 @@ pub struct Side {
     /// The account of the picture so far.
     pub rendered: Rendered,
     pub size: [u32; 2],
-    /// What renders it.
-    pub device: String,
+    /// What renders it, once that is known.
+    pub device: Option<DeviceInfo>,
     /// How it is shown.
     pub tone: &'static str,
     /// Whether a frame of it has yet to be shown, and whether its picture is done or cannot be.
     pub fresh: bool,
     pub rests: bool,
+    /// Whether its ground is shaded for frames only.
+    pub coarse: bool,
 }
 
 impl Side {
@@ -50,13 +51,14 @@ impl Side {
     /// # Errors
     /// As [`Draft::load`](crate::scene_file::Draft::load); [`Error::Core`] for what cannot be rendered.
     pub fn new(session: Session, setup: &Setup, size: [u32; 2], assets: &mut Assets) -> Result<Self, Error> {
-        let loaded = setup.sized(size).load(assets)?;
+        let loaded = coarsely(setup, size, assets)?;
         let pace = Pace::default();
         let moving = Arc::new(framed(&loaded, &pace.frame(size, 1.0), None)?);
         Ok(Side {
             session,
             pace,
             setup: setup.clone(),
+            coarse: loaded.scene.environment.ground.is_some(),
             loaded,
             moving,
             still: None,
@@ -64,7 +66,7 @@ impl Side {
             settings: None,
             rendered: Rendered::default(),
             size,
-            device: String::new(),
+            device: None,
             tone: "",
             fresh: true,
             rests: false,
@@ -76,13 +78,14 @@ impl Side {
     /// # Errors
     /// As [`new`](Self::new); the scene before it then stays.
     pub fn change(&mut self, setup: &Setup, size: [u32; 2], assets: &mut Assets) -> Result<(), Error> {
-        let loaded = setup.sized(size).load(assets)?;
+        let loaded = coarsely(setup, size, assets)?;
         let moving = framed(&loaded, &self.pace.frame(size, 1.0), Some(&self.moving))?;
         self.pace.expect(&moving);
         let alone = |scene: &PreparedScene| scene.lone_convex_stone().is_some();
         if loaded.settings != self.loaded.settings || alone(&moving) != alone(&self.moving) {
             self.settings = None;
         }
+        self.coarse = loaded.scene.environment.ground.is_some();
         (self.setup, self.loaded, self.size, self.moving) = (setup.clone(), loaded, size, Arc::new(moving));
         (self.fresh, self.rests) = (true, false);
         Ok(())
@@ -123,6 +126,16 @@ impl Side {
         None
     }
 
+    /// Shades the ground as the picture has it.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn shade(&mut self, assets: &mut Assets) -> Result<(), Error> {
+        self.loaded = self.setup.sized(self.size).load(assets)?;
+        self.coarse = false;
+        Ok(())
+    }
+
     /// Goes on with the picture itself; `watch` is told of every pass and may break it off.
     ///
     /// # Errors
@@ -155,7 +168,7 @@ impl Side {
     /// Notes what renders.
     fn device(&mut self, rendered: &Rendered) {
         if let Some(device) = rendered.devices.last() {
-            self.device = label(device);
+            self.device = Some(device.clone());
         }
     }
 
@@ -170,6 +183,14 @@ impl Side {
             }
         }
     }
+}
+
+/// A scene whose ground is shaded for frames.
+fn coarsely(setup: &Setup, size: [u32; 2], assets: &mut Assets) -> Result<LoadedScene, Error> {
+    assets.shade_coarsely(true);
+    let loaded = setup.sized(size).load(assets);
+    assets.shade_coarsely(false);
+    loaded
 }
 
 /// The scene as a frame shows it.

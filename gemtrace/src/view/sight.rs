@@ -10,6 +10,7 @@ use crate::output::Picture;
 use crate::scene_file::{Draft, LoadedScene};
 use spectral_core::color::RgbSpace;
 use spectral_core::prepare::PreparedScene;
+use spectral_core::tracer::DeviceInfo;
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::time::Duration;
 
@@ -27,14 +28,23 @@ pub struct Sight {
     pub picture: Option<Arc<Picture>>,
     /// Whether it cannot be finished.
     pub failed: bool,
+    /// What renders it, once that is known.
+    pub device: Option<DeviceInfo>,
     /// The newest change that is seen.
     pub answers: u64,
 }
 
 impl Sight {
     pub fn new(side: &Side, answers: u64) -> Self {
-        let (setup, loaded) = (side.setup.clone(), side.loaded.clone());
-        Sight { setup, loaded, prepared: Arc::clone(side.prepared()), picture: None, failed: false, answers }
+        Sight {
+            setup: side.setup.clone(),
+            loaded: side.loaded.clone(),
+            prepared: Arc::clone(side.prepared()),
+            picture: None,
+            failed: false,
+            device: side.device.clone(),
+            answers,
+        }
     }
 
     /// The scene that is seen.

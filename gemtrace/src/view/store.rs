@@ -14,14 +14,17 @@ use tempfile::TempDir;
 
 /// The largest file that is taken, bytes.
 pub const LARGEST: u64 = 64 << 20;
-/// The most that all dropped files together may take, bytes.
+/// The most that all dropped files together may take, bytes, and their number.
 const MOST: u64 = 1 << 30;
+const MOST_FILES: usize = 1000;
 
 pub struct Store {
     /// The folder that the program was started in.
     start: PathBuf,
-    /// Where dropped files lie, each in a folder of its own.
-    drops: TempDir,
+    /// Where dropped files lie, each in a folder of its own; what it is really called.
+    drops: PathBuf,
+    /// Removes it.
+    _drops: TempDir,
     kept: Mutex<Kept>,
 }
 
@@ -35,11 +38,18 @@ struct Kept {
 }
 
 impl Store {
-    pub fn new(start: &Path) -> Result<Self, Error> {
+    /// Reads files of `start`, and keeps what is dropped among the temporary files of `temporary`.
+    ///
+    /// # Errors
+    /// [`Error::File`] and [`Error::Output`] for folders that cannot be used.
+    pub fn new(start: &Path, temporary: &Path) -> Result<Self, Error> {
         let start = start.canonicalize().map_err(|e| Error::file(start, format!("cannot be used: {e}")))?;
-        let drops = tempfile::Builder::new().prefix("gemtrace-view-").tempdir();
-        let drops = drops.map_err(|e| Error::output(std::env::temp_dir(), format!("cannot be used: {e}")))?;
-        Ok(Store { start, drops, kept: Mutex::default() })
+        let unfit = |e| Error::output(temporary, format!("cannot be used: {e}"));
+        let folder =
+            tempfile::Builder::new().prefix("gemtrace-view-").tempdir_in(temporary).map_err(unfit)?;
+        // The way to it may be a link, which is followed before a file is compared with it.
+        let drops = folder.path().canonicalize().map_err(unfit)?;
+        Ok(Store { start, drops, _drops: folder, kept: Mutex::default() })
     }
 
     pub fn start(&self) -> &Path {
@@ -49,7 +59,7 @@ impl Store {
     /// Removes what was dropped.
     pub fn clear(&self) {
         // What cannot be removed lies among temporary files.
-        drop(std::fs::remove_dir_all(self.drops.path()));
+        drop(std::fs::remove_dir_all(&self.drops));
     }
 
     /// Allows a file that the command line named, or that a scene of the command line names.
@@ -68,14 +78,14 @@ impl Store {
     /// The real place of a file that may be read. Links are followed first, so that none leads elsewhere.
     pub fn admit(&self, asked: &Path) -> Result<PathBuf, Error> {
         // A dropped scene names files as if they lay beside it.
-        let inside = asked.strip_prefix(self.drops.path()).ok().filter(|_| !asked.exists());
+        let inside = asked.strip_prefix(&self.drops).ok().filter(|_| !asked.exists());
         let path = inside.map(|inside| self.find(&inside.components().skip(1).collect::<PathBuf>()));
         let path = path.as_deref().unwrap_or(asked);
         let real = path.canonicalize().ok();
         // Of a file that is not there, the folder decides whether that may be known.
         let place = real.clone().or_else(|| path.parent().unwrap_or(path).canonicalize().ok());
         let allowed = place.is_some_and(|place| {
-            [self.start.as_path(), self.drops.path()].iter().any(|folder| place.starts_with(folder))
+            [&self.start, &self.drops].iter().any(|folder| place.starts_with(folder))
                 || locked(&self.kept).granted.contains(&place)
         });
         if allowed {
@@ -105,14 +115,15 @@ impl Store {
         }
         let digest =
             Sha256::digest(bytes).iter().take(16).fold(String::new(), |text, b| text + &format!("{b:02x}"));
-        let folder = self.drops.path().join(digest);
+        let folder = self.drops.join(digest);
         let path = folder.join(name);
         let mut kept = locked(&self.kept);
         kept.dropped.retain(|other| *other != path);
         if !path.exists() {
-            if kept.bytes + bytes.len() as u64 > MOST {
+            if kept.bytes + bytes.len() as u64 > MOST || kept.dropped.len() >= MOST_FILES {
+                let most = MOST >> 20;
                 let why =
-                    format!("all dropped files together may have {} MB; start the view again", MOST >> 20);
+                    format!("up to {MOST_FILES} files of {most} MB in all are taken; start the view again");
                 return Err(refuse(why, "size"));
             }
             let written = std::fs::create_dir_all(&folder).and_then(|()| std::fs::write(&path, bytes));
@@ -134,7 +145,7 @@ impl Store {
 
     /// Whether a file was dropped.
     pub fn is_dropped(&self, path: &Path) -> bool {
-        path.starts_with(self.drops.path())
+        path.starts_with(&self.drops)
     }
 
     /// A file as it is called in lists and messages: from the start folder, or by its name alone.
@@ -156,7 +167,14 @@ mod tests {
             std::fs::create_dir_all(path.parent().unwrap()).unwrap();
             std::fs::write(path, text).unwrap();
         }
-        let store = Store::new(&folder.path().join("start")).unwrap();
+        // Temporary files behind a link, as on some systems.
+        std::fs::create_dir(folder.path().join("real")).unwrap();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink("real", folder.path().join("temporary")).unwrap();
+        #[cfg(not(unix))]
+        std::fs::create_dir(folder.path().join("temporary")).unwrap();
+        let [start, temporary] = ["start", "temporary"].map(|name| folder.path().join(name));
+        let store = Store::new(&start, &temporary).unwrap();
         (folder, store)
     }
 
@@ -209,5 +227,15 @@ mod tests {
         assert_eq!(store.find("own.csv".as_ref()), store.start().join("own.csv"));
         assert_eq!(store.label(&store.find("deep/own.csv".as_ref())), "deep/own.csv");
         assert_eq!(store.label(&first), "a.asc");
+    }
+
+    #[test]
+    fn there_is_an_end_to_files() {
+        let (_folder, store) = folder_with_neighbour();
+        for k in 0..MOST_FILES {
+            store.keep(&format!("{k}.asc"), b"x").unwrap();
+        }
+        assert!(store.keep("more.asc", b"x").unwrap_err().why.contains("1000 files"));
+        store.keep("7.asc", b"x").unwrap();
     }
 }

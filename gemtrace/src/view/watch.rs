@@ -13,6 +13,25 @@ use spectral_core::film::Film;
 use spectral_core::settings::{Coverage, RenderSettings};
 use spectral_core::tracer::{Progress, TraceReport};
 use std::ops::ControlFlow;
+use std::time::Duration;
+
+/// How long other work rests where pictures are rendered.
+const REST: Duration = Duration::from_millis(5);
+
+/// Follows work that lets pictures go first, and ends where nobody wants it any more.
+pub struct Patience<'a> {
+    pub busy: &'a dyn Fn() -> bool,
+    pub over: &'a dyn Fn() -> bool,
+}
+
+impl Watch for Patience<'_> {
+    fn progress(&mut self, _: Progress) -> ControlFlow<()> {
+        while (self.busy)() && !(self.over)() {
+            std::thread::sleep(REST);
+        }
+        if (self.over)() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
 
 /// Follows one side.
 pub struct Onlooker<'a> {
@@ -38,7 +57,7 @@ impl<'a> Onlooker<'a> {
             answers,
             loaded: side.loaded.clone(),
             tone: side.tone,
-            device: side.device.clone(),
+            device: side.device.as_ref().map(label).unwrap_or_default(),
             settings: side.settings.clone(),
             before: side.rendered.traced.clone(),
         }

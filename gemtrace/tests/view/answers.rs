@@ -122,12 +122,12 @@ fn a_picture_of_a_moment_ago_is_saved_although_the_stone_has_turned() {
 fn the_command_renders_what_is_seen() {
     let view = Running::new(&[]);
     let mut page = view.page();
-    page.wait("state");
+    page.picture("settled", 0);
     page.ask(json!({ "type": "command", "side": "A" }));
     let text = page.wait("command")["text"].as_str().unwrap().to_owned();
     let words: Vec<&str> = text.split(' ').collect();
-    assert_eq!((words[0], words[1], words[3]), ("gemtrace", "render", "-o"), "{text}");
-    assert!(std::path::Path::new(words[2]).exists() && words[4].ends_with(".png"), "{text}");
+    assert_eq!(words[..4], ["gemtrace", "render", "--backend", "cpu"], "{text}");
+    assert!(std::path::Path::new(words[4]).exists() && words[6].ends_with(".png"), "{text}");
 }
 
 #[test]
@@ -136,8 +136,12 @@ fn a_turn_is_an_animated_picture() {
     let mut page = view.page();
     page.picture("settled", 0);
     page.ask(json!({ "type": "save", "format": "turn", "side": "A" }));
+    // It says how far it is.
+    let last = page.wait_for(|message| message["type"] == "saving" && message["done"] == 35);
+    assert_eq!(last["of"], 36);
     let saved = page.wait("saved");
     let bytes = std::fs::read(saved["files"][0].as_str().unwrap()).unwrap();
+    assert_eq!(view.body("/saved/scene-turn.png"), bytes);
     let reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
     assert_eq!(reader.info().animation_control().unwrap().num_frames, 36);
 }

@@ -2,15 +2,28 @@
 
 use crate::support::{Page, Running, SCENE};
 use serde_json::json;
+use tungstenite::Message;
 
 const SECRET: &[u8] = b"format = 1";
+
+/// One of each kind, without a token.
+const ROUTES: [&str; 8] = [
+    "/",
+    "/live",
+    "/drop?name=a.asc&side=A",
+    "/save?format=png&side=A",
+    "/saved/scene.png",
+    "/page/main.js",
+    "/swatch/ruby.png",
+    "/nothing",
+];
 
 #[test]
 fn only_the_token_opens() {
     let view = Running::new(&[]);
     let token = view.token.clone();
     let wrong = token.replace(|c: char| c.is_ascii_digit(), "f");
-    for path in ["/", "/live", "/save?format=png&side=A", "/page/main.js", "/swatch/ruby.png"] {
+    for path in ROUTES {
         let joint = if path.contains('?') { '&' } else { '?' };
         for bad in [
             path.to_owned(),
@@ -18,6 +31,9 @@ fn only_the_token_opens() {
             format!("{path}{joint}token={}", &token[1..]),
         ] {
             assert_eq!(view.get(&bad).0, 403, "{bad}");
+            let post =
+                format!("POST {bad} HTTP/1.1\nHost: {}\nContent-Length: 1\nConnection: close\n\n", view.host);
+            assert_eq!(view.request(&post, b"x").0, 403, "{bad}");
         }
     }
     assert_eq!(view.get(&format!("/page/{wrong}/main.js")).0, 403);
@@ -31,19 +47,34 @@ fn only_the_token_opens() {
 fn other_hosts_and_origins_are_refused() {
     let view = Running::new(&[]);
     let (host, token) = (view.host.clone(), view.token.clone());
-    let ask = |host: &str, origin: &str| {
+    let ask_for = |path: &str, host: &str, origin: &str| {
         let origin = if origin.is_empty() { String::new() } else { format!("Origin: {origin}\n") };
-        view.request(
-            &format!("GET /?token={token} HTTP/1.1\nHost: {host}\n{origin}Connection: close\n\n"),
-            &[],
-        )
-        .0
+        let joint = if path.contains('?') { '&' } else { '?' };
+        let head =
+            format!("GET {path}{joint}token={token} HTTP/1.1\nHost: {host}\n{origin}Connection: close\n\n");
+        view.request(&head, &[]).0
     };
+    let ask = |host: &str, origin: &str| ask_for("/", host, origin);
+    for path in ROUTES {
+        assert_eq!(ask_for(path, "evil.example", ""), 421, "{path}");
+        assert_eq!(ask_for(path, &host, "http://evil.example"), 403, "{path}");
+    }
     assert_eq!(ask(&host, ""), 200);
     assert_eq!(ask(&host, &format!("http://{host}")), 200);
     assert_eq!(ask("evil.example", ""), 421);
     assert_eq!(ask(&host.replace("127.0.0.1", "127.0.0.1.evil.example"), ""), 421);
-    assert_eq!(ask(&host, "http://evil.example"), 403);
+    for origin in [
+        "http://evil.example",
+        "https://127.0.0.1",
+        "null",
+        "file://",
+        &format!("http://{host}.evil.example"),
+    ] {
+        assert_eq!(ask(&host, origin), 403, "{origin}");
+    }
+    for two in [format!("{host}\nHost: evil.example"), format!("evil.example\nHost: {host}")] {
+        assert!([400, 421].contains(&ask(&two, "")), "{two}");
+    }
     assert!(Page::connect(&host, &token, Some("http://evil.example")).is_err());
     assert!(Page::connect(&host, &token, Some(&format!("http://{host}"))).is_ok());
 }
@@ -86,6 +117,49 @@ fn files_that_are_too_large_are_refused_before_they_are_read() {
     body.resize(body.len() + 0x440_0000, b'#');
     body.extend(b"\r\n0\r\n\r\n");
     assert!([413, 0].contains(&view.request(&head, &body).0));
+}
+
+#[test]
+fn no_path_leads_out() {
+    let view = Running::new(&[]);
+    let token = &view.token;
+    for path in ["..%2Fview.rs", "../main.js", "%2Fetc%2Fpasswd", "..%5C..%5Cwin.ini", "main.js%00", "."] {
+        for folder in [format!("/page/{token}/"), "/swatch/".to_owned(), "/saved/".to_owned()] {
+            let status = view.get(&format!("{folder}{path}?token={token}")).0;
+            assert!([400, 403, 404].contains(&status), "{folder}{path}: {status}");
+        }
+    }
+    // Only what was saved is there, although the folder has more.
+    std::fs::create_dir_all(view.place("views")).unwrap();
+    std::fs::write(view.place("views/own.png"), "x").unwrap();
+    assert_eq!(view.get(&format!("/saved/own.png?token={token}")).0, 404);
+    for bad in
+        ["/save?side=A", "/save?format=exe&side=A", "/save?format=png&side=C", "/save?format=../x&side=A"]
+    {
+        assert_eq!(view.get(&format!("{bad}&token={token}")).0, 400, "{bad}");
+    }
+}
+
+#[test]
+fn files_come_two_at_a_time_and_none_stops_the_others() {
+    let view = Running::new(&[]);
+    let cut: &[u8] = include_bytes!("../../../spectral-core/data/cuts/srb_quartz_57.asc");
+    std::thread::scope(|scope| {
+        let drops: Vec<_> = (0..8)
+            .map(|k| {
+                scope.spawn({
+                    let view = &view;
+                    move || view.drop_file(&format!("{k}.asc"), "A", cut)
+                })
+            })
+            .collect();
+        for drop in drops {
+            let (status, text) = drop.join().unwrap();
+            assert_eq!(status, 200, "{text}");
+        }
+    });
+    let mut page = view.page();
+    assert!(page.wait("state")["sides"]["A"]["name"].as_str().unwrap().ends_with(".asc"));
 }
 
 #[test]
@@ -142,6 +216,86 @@ fn what_is_no_message_harms_nobody() {
             error["what"].is_string() && error["why"].is_string() && error["unchanged"].is_string(),
             "{bad}: {error}"
         );
+    }
+    let answers = page.set("material", json!("ruby"));
+    page.picture("settled", answers);
+}
+
+#[test]
+fn what_is_no_text_of_this_protocol_is_told_so() {
+    let view = Running::new(&[]);
+    let mut page = view.page();
+    page.wait("state");
+    let deep = "[".repeat(30_000);
+    for bad in [
+        "",
+        "{",
+        "null",
+        "[]",
+        "{\"type\":5}",
+        &deep,
+        &format!("{{\"type\":\"set\",\"path\":{deep}}}"),
+        "{\"type\":\"pose\",\"rotation\":[1e999,0,0,0],\"done\":true}",
+        "{\"type\":\"size\",\"width\":-1,\"height\":1e12}",
+        "{\"type\":\"inspect\",\"side\":\"C\",\"x\":0,\"y\":0}",
+        "{\"type\":\"save\",\"side\":\"A\",\"format\":\"../x\"}",
+    ] {
+        page.send(Message::text(bad));
+        let error = page.wait("error");
+        assert_eq!(error["code"], "protocol", "{}", &bad[..bad.len().min(60)]);
+    }
+    page.send(Message::binary(vec![0xff; 100]));
+    assert_eq!(page.wait("error")["why"], "messages are JSON text");
+    // Numbers beyond all reason are numbers.
+    for (question, answer) in [("inspect", "pixel"), ("hover", "facet")] {
+        for [x, y] in [[1e300, 0.0], [-1e300, 1e300], [0.0, -5.0], [1e9, 1e9]] {
+            page.ask(json!({ "type": question, "side": "A", "x": x, "y": y }));
+            assert!(page.wait(answer)["facet"].is_null(), "{x} {y}");
+        }
+    }
+    page.ask(json!({ "type": "distance", "factor": 1e308, "done": true }));
+    page.ask(json!({ "type": "lights", "rotation": -1e308, "done": true }));
+    page.say(json!({ "type": "size", "width": 0, "height": 4_294_967_295_u32 }));
+    page.say(json!({ "type": "size", "width": 64, "height": 48 }));
+    let answers = page.set("material", json!("ruby"));
+    page.picture("settled", answers);
+}
+
+#[test]
+fn a_message_that_is_too_large_ends_its_connection_alone() {
+    let view = Running::new(&[]);
+    let [mut page, mut other] = [view.page(), view.page()];
+    for size in [65 << 10, 10 << 20] {
+        page.wait("state");
+        page.send(Message::text(" ".repeat(size)));
+        let mut said = Vec::new();
+        while let Some(news) = page.read() {
+            said.extend(if let crate::support::News::Text(text) = news { Some(text) } else { None });
+        }
+        assert!(
+            size > 1 << 20
+                || said.iter().any(|text| text["why"].as_str().is_some_and(|why| why.contains("64 kB"))),
+            "{said:?}"
+        );
+        page = view.page();
+    }
+    let answers = other.set("material", json!("ruby"));
+    other.picture("settled", answers);
+}
+
+#[test]
+fn a_page_that_takes_nothing_stops_nobody() {
+    let view = Running::new(&[]);
+    let mut silent = view.page();
+    silent.say(json!({ "type": "size", "width": 64, "height": 48 }));
+    let mut page = view.page();
+    for k in 0..300 {
+        let a = 0.01 * f64::from(k);
+        let id = page.ask(json!({ "type": "pose", "rotation": [a.sin(), 0, 0, a.cos()], "done": true }));
+        silent.ask(json!({ "type": "hover", "side": "A", "x": k, "y": 20 }));
+        if k % 50 == 0 {
+            page.picture("moving", id);
+        }
     }
     let answers = page.set("material", json!("ruby"));
     page.picture("settled", answers);

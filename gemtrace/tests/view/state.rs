@@ -3,7 +3,7 @@
 use crate::support::{Running, SCENE, decoded, rendered};
 use serde_json::{Value, json};
 
-/// The settled picture is what the saved scene renders, pixel for pixel. Returns the scene's text.
+/// The settled picture is what the saved scene renders, pixel for pixel, and so does the command. Returns the scene's text.
 fn settles_as_rendered(view: &Running, page: &mut crate::support::Page, answers: u64, what: &str) -> String {
     let settled = page.picture("settled", answers);
     assert_eq!(settled.header["format"], "png", "{what}");
@@ -11,6 +11,9 @@ fn settles_as_rendered(view: &Running, page: &mut crate::support::Page, answers:
     let saved = page.wait("saved");
     let path = saved["files"][0].as_str().unwrap_or_else(|| panic!("{what}: {saved}")).to_owned();
     assert!(path.starts_with(view.place("views").to_str().unwrap()), "{path}");
+    page.ask(json!({ "type": "command", "side": "A" }));
+    let command = page.wait("command")["text"].as_str().unwrap().to_owned();
+    assert!(command.starts_with(&format!("gemtrace render --backend cpu {path} -o ")), "{command}");
     let (size, pixels) = decoded(&settled.bytes);
     let (expected_size, expected) = decoded(&rendered(path.as_ref()));
     assert_eq!(size, expected_size, "{what}");
@@ -28,7 +31,7 @@ fn the_settled_picture_is_that_of_render() {
         page.ask(json!({ "type": "pose", "rotation": [0.2, -0.1, 0.3, 0.927], "done": true }))
     };
     type Change<'a> = (&'a str, &'a dyn Fn(&mut crate::support::Page) -> u64);
-    let changes: [Change; 12] = [
+    let changes: [Change; 16] = [
         ("a pose", &turn),
         ("a material", &|page| page.set("material", json!("ruby"))),
         ("a light", &|page| page.set("light", json!("file:lights/hall.exr"))),
@@ -40,7 +43,11 @@ fn the_settled_picture_is_that_of_render() {
         ("a distance", &|page| page.ask(json!({ "type": "distance", "factor": 1.2, "done": true }))),
         ("a cut", &|page| page.set("cut", json!("step"))),
         ("an axis", &|page| page.set("axis", json!("x"))),
-        ("a ground", &|page| page.set("ground", json!("mirror"))),
+        ("a mirror", &|page| page.set("ground", json!("mirror"))),
+        ("a matt ground", &|page| page.set("ground", json!("matt"))),
+        ("a light model", &|page| page.set("light", json!("aset"))),
+        ("a transparent background", &|page| page.set("background", json!("transparent"))),
+        ("the environment behind", &|page| page.set("background", json!("environment"))),
     ];
     for (what, change) in changes {
         let answers = change(&mut page);
@@ -49,6 +56,65 @@ fn the_settled_picture_is_that_of_render() {
     page.say(json!({ "type": "size", "width": 40, "height": 56 }));
     page.wait("state");
     page.wait_for(|message| message["type"] == "status" && message["stage"] == "settled");
+}
+
+#[test]
+fn scenes_of_all_kinds_settle_as_rendered() {
+    let stone = |keys: &str| format!("[[stone]]\nshape = \"step\"\nwidth = 4.0\n{keys}\n");
+    let besides = |text: &str| format!("{SCENE}{text}");
+    // Light that goes on between two stones has many ways.
+    let draft = |text: &str| besides(text).replace("samples = 9", "quality = \"draft\"");
+    let second = stone("material = \"ruby\"\nposition = [5, 0, 0]");
+    for (what, text) in [
+        ("areas", SCENE.replace("samples = 9", "quality = \"normal\"\nthreshold = 0.05")),
+        ("areas by name", SCENE.replace("samples = 9", "samples = 5\ncoverage = \"area\"\nthreshold = 0.05")),
+        ("points that settle", SCENE.replace("samples = 9", "samples = 81\ntolerance = 2.0")),
+        (
+            "a crystal on its side",
+            SCENE.replace("\"diamond\"", "\"peridot\"\ncrystal_axes = [[0, 1, 0], [0, 0, 1]]"),
+        ),
+        ("two stones", draft(&second)),
+        ("a stone in another", draft(&stone("material = \"fused-silica\"\nposition = [0, 0, 0.1]"))),
+        (
+            "a lamp",
+            besides(
+                "[environment]\nmodel = \"spots\"\nrotation = 30\nscale = 1.5\n[film]\nexposure = -0.5\n",
+            ),
+        ),
+        ("a parallel view", SCENE.replace("[render]", "orthographic = 9.0\n[render]")),
+        ("wavelengths of a list", SCENE.replace("samples = 9", "samples = 9\nwavelengths = [450, 550, 650]")),
+    ] {
+        let view = Running::of("own.toml", &[("own.toml", text.as_bytes())]);
+        let mut page = view.page();
+        settles_as_rendered(&view, &mut page, 0, what);
+        let id = page.ask(json!({ "type": "pose", "rotation": [0.2, -0.1, 0.3, 0.927], "done": true }));
+        settles_as_rendered(&view, &mut page, id, what);
+        if what == "areas" {
+            // Samples and what is left are those of areas, whose error falls faster.
+            page.ask(json!({ "type": "set", "path": "exposure", "value": 0.1, "side": "A", "done": true }));
+            let status =
+                page.wait_for(|message| message["type"] == "status" && message["stage"] == "settled");
+            assert_eq!(status["of"], 27, "{status}");
+            assert!((status["tolerance"].as_f64().unwrap() - 4.5 / 8.0).abs() < 1e-9, "{status}");
+        }
+    }
+}
+
+#[test]
+fn what_is_seen_is_asked_about_while_the_picture_is_refined() {
+    let slow = SCENE.replace("samples = 9", "samples = 59049");
+    let view = Running::of("slow.toml", &[("slow.toml", slow.as_bytes())]);
+    let mut page = view.page();
+    page.picture("refining", 0);
+    page.ask(json!({ "type": "hover", "side": "A", "x": 30, "y": 20 }));
+    let before = page.wait("facet");
+    // The pavilion is turned to the eye.
+    let id = page.ask(json!({ "type": "pose", "rotation": [1.0, 0, 0, 0.0], "done": true }));
+    page.picture("refining", id);
+    page.ask(json!({ "type": "hover", "side": "A", "x": 30, "y": 20 }));
+    let after = page.wait("facet");
+    assert_ne!(before["facet"]["part"], "pavilion", "{before}");
+    assert_eq!(after["facet"]["part"], "pavilion", "{after}");
 }
 
 #[test]

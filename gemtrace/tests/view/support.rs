@@ -2,7 +2,7 @@
 
 use gemtrace::view::{Options, View};
 use serde_json::{Value, json};
-use std::io::{ErrorKind, Read, Write};
+use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -160,6 +160,12 @@ impl Page {
         self.socket.send(Message::text(message.to_string())).unwrap();
     }
 
+    /// What is no message of the protocol.
+    pub fn send(&mut self, message: Message) {
+        // The server may have ended the connection.
+        drop(self.socket.send(message));
+    }
+
     /// The same with a new id.
     pub fn ask(&mut self, mut message: Value) -> u64 {
         self.id += 1;
@@ -183,31 +189,19 @@ impl Page {
         (width / height / (self.size[0] / self.size[1]) - 1.0).abs() < 0.1
     }
 
-    /// The next message, if one comes in time.
-    pub fn next_within(&mut self, time: Duration) -> Option<News> {
-        self.socket.get_ref().set_read_timeout(Some(time)).unwrap();
-        let news = self.read();
-        self.socket.get_ref().set_read_timeout(Some(PATIENCE)).unwrap();
-        news
-    }
-
-    fn read(&mut self) -> Option<News> {
+    /// The same; `None` where the connection ends.
+    pub fn read(&mut self) -> Option<News> {
         loop {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Some(News::Text(serde_json::from_str(&text).unwrap())),
                 Ok(Message::Binary(bytes)) => {
                     let length = u32::from_le_bytes(bytes[..4].try_into().unwrap()) as usize;
                     let header: Value = serde_json::from_slice(&bytes[4..4 + length]).unwrap();
-                    self.say(json!({ "type": "shown", "answers": header["answers"] }));
+                    self.send(Message::text(json!({ "type": "shown" }).to_string()));
                     return Some(News::Picture(Picture { header, bytes: bytes[4 + length..].to_vec() }));
                 }
                 Ok(_) => {}
-                Err(tungstenite::Error::Io(e))
-                    if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) =>
-                {
-                    return None;
-                }
-                Err(e) => panic!("the connection has ended: {e}"),
+                Err(_) => return None,
             }
         }
     }

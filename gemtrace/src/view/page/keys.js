@@ -1,6 +1,6 @@
 // Keys. Letters go by what they write, not by where they are; they can be switched off for voice control.
 
-import { app, tell } from './app.js';
+import { app, next, tell } from './app.js';
 import { choose, flip, swap, toggle as compare } from './compare.js';
 import { loupe, magnifies } from './loupe.js';
 import { send, set } from './link.js';
@@ -23,7 +23,7 @@ const dialog = $('#keys'), single = $('#single');
 const view = () => (document.activeElement?.matches('.view') ? document.activeElement : $('#view-a'));
 let pointer = null;                  // where the pointer is, for the loupe
 
-export const save = format => send({ type: 'save', format, side: app.side });
+export const save = format => send({ type: 'save', id: next(), format, side: app.side });
 export const help = () => dialog.showModal();
 export const face = () => send({ type: 'face-up', done: true });
 export const full = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.());

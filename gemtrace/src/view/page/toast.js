@@ -5,9 +5,11 @@ import { $, $$, el, icon } from './dom.js';
 
 const toast = $('#toast');
 let text = '';
+let now = null, told = null;      // what is being saved and said now, and what was put away
 
 /** Shows a toast. `error` is spoken at once; `file` offers a download. */
-export function notify({ title, body, error = false, file }) {
+export function notify({ title, body, error = false, file, id = null }) {
+  now = id;
   text = [title, body].filter(Boolean).join(' ');
   toast.setAttribute('role', error ? 'alert' : 'status');
   toast.classList.toggle('note', !error);
@@ -22,6 +24,7 @@ export function notify({ title, body, error = false, file }) {
 
 export function dismiss() {
   if (toast.hidden) return false;
+  told = now ?? told;
   const focused = toast.contains(document.activeElement);
   toast.hidden = true;
   if (focused) $('#view-a').focus();
@@ -52,9 +55,13 @@ function failed({ what, where, why, unchanged }) {
 function saved(message) {
   if (message.error) return failed(typeof message.error === 'string'
     ? { what: 'The file was not saved.', why: message.error } : message.error);
-  const { format, side = 'A', files = [] } = message;
-  const file = format && format !== 'turn' ? address('save', { format, side }) : null;
-  notify({ title: files.length > 1 ? `${files.length} files were saved.` : 'Saved.', body: files.join(', '), file });
+  const { files = [] } = message, [name] = files.map(path => path.split(/[\\/]/).pop());
+  notify({ title: 'Saved.', body: files.join(', '), file: name && address(`saved/${encodeURIComponent(name)}`) });
+}
+
+/** A turn takes many pictures. Who puts the message away sees it again once all are done. */
+function saving({ id, done, of }) {
+  if (id !== told) notify({ title: `The turn: picture ${done + 1} of ${of} is rendered …`, id });
 }
 
 const tip = $('#tip');
@@ -110,6 +117,7 @@ export function start() {
   tips();
   listen('error', failed);
   listen('saved', saved);
+  listen('saving', saving);
   listen('notice', ({ text: title }) => notify({ title }));
   $('#toast-close').addEventListener('click', dismiss);
   $('#toast-copy').addEventListener('click', () => navigator.clipboard?.writeText(text).catch(() => {}));
