@@ -59,22 +59,24 @@ const STATES: [(&str, &str, &str, &str); 14] = [
     ),
 ];
 
-/// States that are there from the beginning: what of the server's messages is held back, what is added to the address, and what
-/// shows that the state is there.
-const LOADED: [(&str, &str, &str, &str); 3] = [
+/// States of a page that is loaded anew: what of the server's messages is held back, what is added to the address, what is done
+/// then, and what shows that the state is there.
+const LOADED: [(&str, &str, &str, &str, &str); 3] = [
     (
         "start",
-        "typeof m !== 'string' || m.includes('\"status\"')",
+        "typeof m !== 'string' || m.includes('\"type\":\"status\"')",
         "",
+        "0",
         "$('#stage-word').textContent === 'First picture' && $('#view-a .ov path')",
     ),
     (
         "refining",
-        "m.includes?.('\"stage\":\"settled\"') ?? new TextDecoder().decode(m.slice(4, 300)).includes('\"settled\"')",
+        "(typeof m === 'string' ? m : new TextDecoder().decode(m.slice(4, 300))).includes('\"stage\":\"settled\"')",
         "",
+        "click('[name=quality][value=normal]')",
         "$('#stage-word').textContent === 'Refining' && $('#view-a canvas').width > 1",
     ),
-    ("embed", "false", "&embed=1", "$('#view-a').ariaBusy === 'false' && $('#view-a canvas').width > 1"),
+    ("embed", "false", "&embed=1", "0", "$('#view-a').ariaBusy === 'false' && $('#view-a canvas').width > 1"),
 ];
 
 /// Holds messages back, and hands in others.
@@ -99,13 +101,20 @@ fn visit(place: &Place, size: [u32; 2], mut look: impl FnMut(&str, &Page)) {
         let page = place.browser.page(size, size[0] < 640);
         let script = format!("{}{HELPERS}", HOLD.replace("HELD", hold));
         page.call("Page.addScriptToEvaluateOnNewDocument", serde_json::json!({ "source": script }));
+        // What is halfway between two colours is no state.
+        let still = serde_json::json!([{ "name": "prefers-reduced-motion", "value": "reduce" }]);
+        page.call("Emulation.setEmulatedMedia", serde_json::json!({ "features": still }));
         page.open(&format!("{}{besides}", place.address));
         page
     };
-    for (name, hold, besides, there) in LOADED {
+    for (name, hold, besides, enter, there) in LOADED {
         let page = opened(hold, besides);
-        page.wait(&format!("window.$ && $('#view-a') && {there}"));
+        page.wait("window.$ && $('#swatches input') && $('#view-a').ariaLabel !== 'Stone'");
+        page.eval(&format!("void ({enter})"));
+        page.wait(there);
         look(name, &page);
+        page.eval("click('[name=quality][value=draft]')");
+        page.wait("$('[name=quality][value=draft]').checked");
         page.call("Page.close", serde_json::json!({}));
     }
     let page = opened("false", "");

@@ -43,10 +43,13 @@ pub struct Assets {
     /// The light models that were drawn last, the latest last.
     drawn: Vec<(LightModel, Arc<LatLong>)>,
     /// The shapes that were made last, likewise.
-    shaped: Vec<(ShapeSpec, (Arc<Mesh>, Vec<Warning>))>,
+    shaped: Vec<(ShapeSpec, Solid)>,
     /// Whether shadows on the ground are coarse.
     coarse: bool,
 }
+
+/// The solid of a shape, and what was accepted with a remark.
+type Solid = (Arc<Mesh>, Vec<Warning>);
 
 /// Says where a file is that a scene names, or why it may not be read.
 pub type Gate = Arc<dyn Fn(&Path) -> Result<PathBuf, Error> + Send + Sync>;
