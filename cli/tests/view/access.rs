@@ -81,7 +81,8 @@ const LOADED: [(&str, &str, &str, &str, &str); 3] = [
 
 /// Holds messages back, and hands in others.
 const HOLD: &str = "window.WebSocket = class extends WebSocket {
-    set onmessage(f) { window.hand = m => f({ data: JSON.stringify(m) }); super.onmessage = e => (m => HELD)(e.data) || f(e); } };";
+    set onmessage(f) { window.hand = m => f({ data: JSON.stringify(m) }); super.onmessage = e => {
+      if (!(m => HELD)(e.data)) f(e); else if (typeof e.data !== 'string') this.send('{\"type\":\"shown\"}'); }; } };";
 
 /// Short names for the table above.
 const HELPERS: &str = "
