@@ -188,8 +188,7 @@ fn desk(
     }
     let mut opened = opened.into_iter();
     let first = opened.next().unwrap_or_else(opening::nothing);
-    let tone = lists::TONES[0].0;
-    let document = Document { sides: [Some(first), opened.next()], tone, auto: false };
+    let document = Document { sides: [Some(first), opened.next()], auto: false };
     let output = options.output.display().to_string();
     let hello = Box::new(move |lists: &Lists| hello(lists, &output));
     let mut desk = Desk {

@@ -163,6 +163,7 @@ fn in_every_state_controls_stay_in_place_greys_are_neutral_and_axe_is_silent() {
     for size in [[1440, 900], [390, 844]] {
         let mut boxes = Value::Null;
         visit(&place, size, |state, page| {
+            page.shoot(&Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("view/{state}-{}.png", size[0])));
             assert_eq!(page.eval(HUES), none, "{state}");
             if page.eval("typeof axe") == "undefined" {
                 page.eval(&format!("{axe}; 0"));

@@ -1,10 +1,13 @@
 //! A Chromium without a window, driven by its own debugging protocol (Chrome DevTools Protocol) over a WebSocket.
 
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader};
 use std::net::TcpStream;
+use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
@@ -219,6 +222,14 @@ impl Page {
             "(b => [b.x + b.width / 2, b.y + b.height / 2])(document.querySelector({selector:?}).getBoundingClientRect())"
         ));
         [0, 1].map(|i| found[i].as_f64().expect("a place"))
+    }
+
+    /// Writes what is seen as a PNG, for people to look at.
+    pub fn shoot(&self, path: &Path) {
+        let answer = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let bytes = STANDARD.decode(answer["data"].as_str().expect("text")).expect("base64");
+        std::fs::create_dir_all(path.parent().expect("a folder")).expect("a folder");
+        std::fs::write(path, bytes).expect("a picture");
     }
 
     /// What has happened since it was asked last, of this page.

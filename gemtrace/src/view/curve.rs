@@ -66,7 +66,7 @@ pub fn answer(
     }
     Ok(Some(json!({
         "type": "curve", "id": id, "tilts": tilts, "values": values, "figures": figures,
-        "label": "Light return, %, ISO, a head of 10°",
+        "label": "%, ISO, a head of 10°",
     })))
 }
 

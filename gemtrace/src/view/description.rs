@@ -38,7 +38,6 @@ fn one(side: &Side, document: &Document, lists: &Lists, store: &Store) -> Value 
     all.extend([
         ("name".to_owned(), json!(name(setup, store))),
         ("facets".to_owned(), json!(solid.facet_count())),
-        ("tone".to_owned(), json!(document.tone)),
         ("exposure_auto".to_owned(), json!(document.auto)),
         ("pose".to_owned(), json!(pose.to_array())),
         ("distance".to_owned(), json!(setup.distance())),

@@ -4,7 +4,7 @@ use super::description;
 use super::document::{Document, History, Setup};
 use super::hub::{Client, Hub};
 use super::inbox::{Inbox, Order, Sessions};
-use super::lists::{Kind, Lists, TONES, kind};
+use super::lists::{Kind, Lists, kind};
 use super::message::{Change, Letter, Refusal};
 use super::opening;
 use super::setting;
@@ -108,7 +108,7 @@ impl Desk {
                 let change = picture.film.change();
                 let sight = Sight { picture: Some(Arc::new(picture)), ..Sight::new(side, self.answers) };
                 let sight = self.sights.set(letter, sight);
-                self.sights.settle(letter, &sight, side.tone, &self.hub);
+                self.sights.settle(letter, &sight, &self.hub);
                 let samples = side.settings.as_ref().map_or(0, |settings| settings.samples);
                 watch.status("settled", samples, change, &side.rendered.traced);
             }
@@ -218,20 +218,13 @@ impl Desk {
         self.history.now.sides.iter_mut().flatten()
     }
 
-    /// Changes a setting; the exposure is one for both sides.
+    /// Changes a setting; exposure and tone are one for both sides.
     fn set(&mut self, path: &str, value: &Value, side: Letter) -> Result<String, Refusal> {
         let refuse = |why: String| Refusal {
             path: Some(path.into()),
             ..unfit(&format!("{path} was not changed"), &why)
         };
         let document = &mut self.history.now;
-        if path == "tone" {
-            let known = TONES.iter().find(|(id, _)| value.as_str() == Some(id));
-            let (id, label) =
-                known.ok_or_else(|| refuse(format!("there is no tone {}", shown(&value.to_string()))))?;
-            document.tone = id;
-            return Ok(format!("tone {label}"));
-        }
         let mut value = value.clone();
         if path == "exposure" {
             document.auto = value.as_str() == Some("auto");
@@ -240,7 +233,8 @@ impl Desk {
             }
         }
         let (document, lists) = (&mut self.history.now, &self.lists);
-        let sides = Letter::ALL.into_iter().filter(|letter| *letter == side || path == "exposure");
+        let both = matches!(path, "exposure" | "tone");
+        let sides = Letter::ALL.into_iter().filter(|letter| *letter == side || both);
         let mut label = None;
         for letter in sides {
             if let Some(setup) = document.sides[letter as usize].as_mut() {
@@ -295,21 +289,15 @@ impl Desk {
             return Ok(());
         };
         match &mut self.sides[place] {
-            Some(side)
-                if side.setup == *setup && side.size == self.size && side.tone == self.history.now.tone =>
-            {
-                Ok(())
-            }
+            Some(side) if side.setup == *setup && side.size == self.size => Ok(()),
             Some(side) => {
                 side.change(setup, self.size, &mut self.assets)?;
-                side.tone = self.history.now.tone;
                 self.sights.set(letter, Sight::new(side, self.answers));
                 Ok(())
             }
             None => {
                 let session = (self.sessions)()?;
-                let mut side = Side::new(session, setup, self.size, &mut self.assets)?;
-                side.tone = self.history.now.tone;
+                let side = Side::new(session, setup, self.size, &mut self.assets)?;
                 self.sights.set(letter, Sight::new(&side, self.answers));
                 self.sides[place] = Some(side);
                 Ok(())

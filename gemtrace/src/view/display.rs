@@ -6,7 +6,7 @@ use crate::output::pixels;
 use crate::scene_file::LoadedScene;
 use rayon::prelude::*;
 use serde_json::{Value, json};
-use spectral_core::color::{RgbSpace, Tone, srgb_encode};
+use spectral_core::color::{RgbSpace, srgb_encode};
 use spectral_core::film::Film;
 use spectral_core::scene::Background;
 use std::sync::LazyLock;
@@ -22,10 +22,10 @@ static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
 
 /// The film of a scene as bytes, RGBA with straight alpha. The table of encoded values makes it some thirty times as fast as what is
 /// written to files, which needs every bit.
-pub fn rgba(film: &Film, loaded: &LoadedScene, tone: &str) -> Vec<u8> {
+pub fn rgba(film: &Film, loaded: &LoadedScene) -> Vec<u8> {
     let transparent = loaded.scene.background == Background::Transparent;
-    let look = (loaded.exposure, if tone == "soft" { Tone::Neutral } else { loaded.tone });
-    let pixels = pixels(film, transparent, loaded.backdrop, RgbSpace::Srgb, Some(look));
+    let look = Some((loaded.exposure, loaded.tone));
+    let pixels = pixels(film, transparent, loaded.backdrop, RgbSpace::Srgb, look);
     let show = |[r, g, b, alpha]: [f32; 4]| {
         let straight = if alpha > 0.0 { 1.0 / alpha } else { 0.0 };
         let encode = |c: f32| ENCODED[((c * straight).clamp(0.0, 1.0) * STEPS as f32) as usize];

@@ -1,7 +1,6 @@
 //! The state of a view: two scene documents, and those before them.
 //!
-//! What a scene cannot say is only how its picture is shown here (the tone). Everything else is in the documents, so that
-//! what is saved renders what was seen.
+//! Everything that is seen is in the documents, so that what is saved renders it.
 
 use crate::scene_file::Draft;
 use glam::{DMat3, DQuat, DVec3, EulerRot};
@@ -136,8 +135,6 @@ pub fn list(numbers: &[f64]) -> Value {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Document {
     pub sides: [Option<Setup>; 2],
-    /// How pictures are shown.
-    pub tone: &'static str,
     /// Whether the exposure was last chosen by the picture itself.
     pub auto: bool,
 }

@@ -5,7 +5,7 @@
 use super::export::Export;
 use super::hub::{Client, locked};
 use super::inbox::{Overtaken, Queue};
-use super::message::{Question, Refusal};
+use super::message::{Question, Refusal, Spot};
 use super::pixel;
 use super::sight::{Sight, Sights};
 use super::solid::Solid;
@@ -125,10 +125,15 @@ fn answer(
     }
 }
 
-/// A place in the picture, or so near to it that a ray can be made of it.
-fn near(sight: &Sight, at: [f64; 2]) -> [f64; 2] {
-    let edges = [sight.loaded.scene.width, sight.loaded.scene.height].map(f64::from);
-    std::array::from_fn(|k| at[k].clamp(-edges[k], 2.0 * edges[k]))
+/// A place in the picture, or so near to it that a ray can be made of it. In a view of another size the picture's middle is in the
+/// middle, and its smaller edge is as long as that of the view.
+fn place(sight: &Sight, at: Spot) -> [f64; 2] {
+    let own = [sight.loaded.scene.width, sight.loaded.scene.height].map(f64::from);
+    let view = if at.width > 0.0 && at.height > 0.0 { [at.width, at.height] } else { own };
+    let scale = own[0].min(own[1]) / view[0].min(view[1]);
+    let scaled =
+        |at: f64, k: usize| if view == own { at } else { (at + 0.5 - view[k] / 2.0) * scale + own[k] / 2.0 };
+    [scaled(at.x, 0).clamp(-own[0], 2.0 * own[0]), scaled(at.y, 1).clamp(-own[1], 2.0 * own[1])]
 }
 
 /// What quick questions need again and again.
@@ -148,20 +153,20 @@ impl Eye {
         let solid = Solid::new(&sight.loaded, sight.setup.pose());
         let gear = self.gear(sight);
         match *question {
-            Question::Hover { x, y, id, .. } => {
-                let ray = pixel::ray(sight, near(sight, [x, y]));
+            Question::Hover { at, id, .. } => {
+                let ray = pixel::ray(sight, place(sight, at));
                 let facet = backend_cpu::first_facet(&sight.prepared, &ray);
                 let place = facet.and_then(|facet| solid.place(facet));
                 let outline = place.map(|place| pixel::points(&solid.outline(place)));
                 let facet = place.and_then(|place| solid.facet(place, gear));
                 Ok(Some(json!({ "type": "facet", "id": id, "facet": facet, "outline": outline })))
             }
-            Question::Inspect { x, y, id, .. } => {
+            Question::Inspect { at, id, .. } => {
                 let session = match &mut self.session {
                     Some(session) => session,
                     none => none.insert(Session::open("cpu")?),
                 };
-                let mut found = pixel::inspect(sight, &solid, gear, near(sight, [x, y]), session)?;
+                let mut found = pixel::inspect(sight, &solid, gear, place(sight, at), session)?;
                 found["id"] = id.into();
                 Ok(Some(found))
             }

@@ -46,11 +46,9 @@ pub struct Lists {
     pub grounds: Vec<Choice>,
     pub qualities: Vec<Choice>,
     pub backgrounds: Vec<Choice>,
+    pub tones: Vec<Choice>,
     pub axes: Vec<Choice>,
 }
-
-/// How pictures are shown, with names.
-pub const TONES: [(&str, &str); 2] = [("saved", "As saved"), ("soft", "Soft highlights")];
 
 /// Names that people write in a way of their own.
 const WRITTEN: [(&str, &str); 7] = [
@@ -79,6 +77,7 @@ impl Lists {
         let shape = |name: &&str| Choice::new(*name, spoken(name), "Shapes", &format!("shape = {name:?}"));
         let material =
             |name: &str| Choice::new(name, spoken(name), "Materials", &format!("material = {name:?}"));
+        let tone = |t: &Tone| Choice::new(t.name(), spoken(t.name()), "", &format!("tone = {:?}", t.name()));
         let quality =
             |q: &Quality| Choice::new(q.name(), spoken(q.name()), "", &format!("quality = {:?}", q.name()));
         let mut lists = Lists {
@@ -93,6 +92,7 @@ impl Lists {
             ],
             qualities: Quality::ALL.iter().map(quality).collect(),
             backgrounds: backgrounds(),
+            tones: [Tone::Hue, Tone::Neutral, Tone::Clip].iter().map(tone).collect(),
             axes: axes(),
         };
         for path in files(store.start()) {
@@ -130,10 +130,9 @@ impl Lists {
     pub fn json(&self) -> Json {
         let plain = |list: &[Choice]| list.iter().map(Choice::json).collect::<Vec<_>>();
         let backgrounds: Vec<Json> = self.backgrounds.iter().map(background_json).collect();
-        let tones: Vec<Json> = TONES.iter().map(|(id, label)| json!({ "id": id, "label": label })).collect();
         json!({
             "cuts": plain(&self.cuts), "lights": plain(&self.lights), "grounds": plain(&self.grounds),
-            "qualities": plain(&self.qualities), "axes": plain(&self.axes), "tones": tones, "backgrounds": backgrounds,
+            "qualities": plain(&self.qualities), "axes": plain(&self.axes), "tones": plain(&self.tones), "backgrounds": backgrounds,
             "materials": self.materials.iter().map(material_json).collect::<Vec<_>>(),
         })
     }

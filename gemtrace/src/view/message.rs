@@ -127,21 +127,32 @@ impl Change {
     }
 }
 
+/// A pixel of a view of this size; without a size, of the picture.
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub struct Spot {
+    pub x: f64,
+    pub y: f64,
+    #[serde(default)]
+    pub width: f64,
+    #[serde(default)]
+    pub height: f64,
+}
+
 /// What is answered without changing anything.
 #[derive(Debug, Clone, Deserialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub enum Question {
     Inspect {
         side: Letter,
-        x: f64,
-        y: f64,
+        #[serde(flatten)]
+        at: Spot,
         #[serde(default)]
         id: u64,
     },
     Hover {
         side: Letter,
-        x: f64,
-        y: f64,
+        #[serde(flatten)]
+        at: Spot,
         #[serde(default)]
         id: u64,
     },

@@ -27,7 +27,7 @@ struct Chosen {
     default: &'static str,
 }
 
-const CHOSEN: [Chosen; 7] = [
+const CHOSEN: [Chosen; 8] = [
     Chosen {
         path: "cut",
         list: |lists| &lists.cuts,
@@ -98,6 +98,13 @@ const CHOSEN: [Chosen; 7] = [
         place: Place::Section("film"),
         keys: &["background"],
         default: "environment",
+    },
+    Chosen {
+        path: "tone",
+        list: |lists| &lists.tones,
+        place: Place::Section("film"),
+        keys: &["tone"],
+        default: "hue",
     },
 ];
 

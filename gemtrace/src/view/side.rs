@@ -36,8 +36,6 @@ pub struct Side {
     pub size: [u32; 2],
     /// What renders it, once that is known.
     pub device: Option<DeviceInfo>,
-    /// How it is shown.
-    pub tone: &'static str,
     /// Whether a frame of it has yet to be shown, and whether its picture is done or cannot be.
     pub fresh: bool,
     pub rests: bool,
@@ -67,7 +65,6 @@ impl Side {
             rendered: Rendered::default(),
             size,
             device: None,
-            tone: "",
             fresh: true,
             rests: false,
         })

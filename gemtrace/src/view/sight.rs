@@ -104,14 +104,13 @@ impl Sights {
     }
 
     /// Sends a finished picture, encoded beside the thread that renders, unless something newer is seen by then.
-    pub fn settle(self: &Arc<Self>, side: Letter, sight: &Arc<Sight>, tone: &'static str, hub: &Arc<Hub>) {
+    pub fn settle(self: &Arc<Self>, side: Letter, sight: &Arc<Sight>, hub: &Arc<Hub>) {
         let (sights, sight, hub) = (Arc::clone(self), Arc::clone(sight), Arc::clone(hub));
         std::thread::spawn(move || {
             let Some(picture) = &sight.picture else { return };
-            let plain = if tone == "saved" { picture.png().ok() } else { None };
-            let (bytes, format) = match plain {
-                Some(png) => (png, "png"),
-                None => (display::rgba(&picture.film, &sight.loaded, tone), "rgba"),
+            let (bytes, format) = match picture.png() {
+                Ok(png) => (png, "png"),
+                Err(_) => (display::rgba(&picture.film, &sight.loaded), "rgba"),
             };
             let size = [picture.film.width(), picture.film.height()];
             let samples = most_samples(picture);

@@ -40,7 +40,6 @@ pub struct Onlooker<'a> {
     side: Letter,
     answers: u64,
     loaded: LoadedScene,
-    tone: &'static str,
     device: String,
     /// The settings of the picture, as its device has them; `None` before that is known.
     settings: Option<RenderSettings>,
@@ -56,7 +55,6 @@ impl<'a> Onlooker<'a> {
             side: letter,
             answers,
             loaded: side.loaded.clone(),
-            tone: side.tone,
             device: side.device.as_ref().map(label).unwrap_or_default(),
             settings: side.settings.clone(),
             before: side.rendered.traced.clone(),
@@ -66,7 +64,7 @@ impl<'a> Onlooker<'a> {
     /// Shows a film, and says how far it is.
     pub fn show(&self, film: &Film, stage: &'static str, samples: u32, wavelengths: usize) {
         let size = [film.width(), film.height()];
-        let rgba = display::rgba(film, &self.loaded, self.tone);
+        let rgba = display::rgba(film, &self.loaded);
         let (side, answers, format) = (self.side, self.answers, "rgba");
         let caption = Caption { side, size, answers, stage, samples, wavelengths, format };
         self.hub.picture(side, display::message(&caption, &rgba));

@@ -31,13 +31,14 @@ fn the_settled_picture_is_that_of_render() {
         page.ask(json!({ "type": "pose", "rotation": [0.2, -0.1, 0.3, 0.927], "done": true }))
     };
     type Change<'a> = (&'a str, &'a dyn Fn(&mut crate::support::Page) -> u64);
-    let changes: [Change; 16] = [
+    let changes: [Change; 17] = [
         ("a pose", &turn),
         ("a material", &|page| page.set("material", json!("ruby"))),
         ("a light", &|page| page.set("light", json!("file:lights/hall.exr"))),
         ("its rotation", &|page| page.ask(json!({ "type": "lights", "rotation": 40, "done": true }))),
         ("its strength", &|page| page.set("strength", json!(0.5))),
         ("an exposure", &|page| page.set("exposure", json!(-0.7))),
+        ("a tone", &|page| page.set("tone", json!("neutral"))),
         ("a background", &|page| page.set("background", json!("#777777"))),
         ("a size", &|page| page.set("size", json!(3.25))),
         ("a distance", &|page| page.ask(json!({ "type": "distance", "factor": 1.2, "done": true }))),

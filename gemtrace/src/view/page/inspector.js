@@ -3,7 +3,7 @@
 import { app, listen, next, side, tell } from './app.js';
 import { send } from './link.js';
 import { marks, redraw } from './overlay.js';
-import { pictures, pixel } from './picture.js';
+import { pixel, viewed } from './picture.js';
 import { section, spectrum } from './plot.js';
 import { copy } from './toast.js';
 import { $, $$, el, framed, number, parse, phone } from './dom.js';
@@ -17,13 +17,13 @@ const words = {
   in: 'refracted in', out: 'refracted out', part: 'reflected in part', total: 'total reflection', end: 'ends here',
 };
 
-/** The middle of the picture, where no pixel has been chosen. */
-const middle = name => { const { canvas } = pictures[name]; return [canvas.width >> 1, canvas.height >> 1]; };
+/** The middle of a view, where no pixel has been chosen. */
+const middle = () => { const { width, height } = viewed(); return [width >> 1, height >> 1]; };
 
 /** Asks about a pixel (device pixels of the picture). */
 function ask(name, x, y) {
   asked = { side: name, x, y, id: next() };
-  send({ type: 'inspect', ...asked });
+  send({ type: 'inspect', ...asked, ...viewed() });
   $('#pixel-x').value = x;
   $('#pixel-y').value = y;
 }
@@ -35,7 +35,7 @@ function clicked({ view, x, y }) {
   tell('dock', 'inspect');
   requestAnimationFrame(() => requestAnimationFrame(() => {
     const now = view.getBoundingClientRect(), name = view.dataset.side;
-    ask(name, ...pixel(name, now.width / 2 + dx, now.height / 2 + dy));
+    ask(name, ...pixel(now.width / 2 + dx, now.height / 2 + dy));
   }));
 }
 
@@ -136,9 +136,9 @@ const hover = framed(at => {
     if (marks.hover) { marks.hover = null; redraw(); }
     return;
   }
-  const name = at.view.dataset.side, [x, y] = pixel(name, at.x, at.y);
+  const name = at.view.dataset.side, [x, y] = pixel(at.x, at.y);
   over = { id: next(), side: name, x, y };
-  send({ type: 'hover', ...over });
+  send({ type: 'hover', ...over, ...viewed() });
 });
 
 function facet({ id, facet, outline }) {
@@ -168,7 +168,7 @@ export function start() {
   for (const type of ['pointerover', 'focusin', 'pointerleave']) dock.addEventListener(type, mark);
   for (const input of [$('#pixel-x'), $('#pixel-y')]) {
     input.addEventListener('change', () => {
-      const [x, y] = [$('#pixel-x'), $('#pixel-y')].map((n, i) => parse(n.value) || middle(app.side)[i]);
+      const [x, y] = [$('#pixel-x'), $('#pixel-y')].map((n, i) => parse(n.value) || middle()[i]);
       ask(app.side, Math.round(x), Math.round(y));
     });
   }

@@ -12,9 +12,10 @@ let clock = 0;
 
 export const connected = () => socket?.readyState === WebSocket.OPEN;
 
-/** Sends now. Without a connection the message is not kept, and the answer is false. */
+/** Sends now, after what still waits for its frame. Without a connection the message is not kept, and the answer is false. */
 export function send(message) {
   if (!connected()) return false;
+  drain();
   socket.send(JSON.stringify(message));
   return true;
 }
@@ -42,6 +43,10 @@ function flush() {
   scheduled = false;
   if (!connected()) return;                                    // they wait for the connection, one of each kind
   if (socket.bufferedAmount > 1 << 16) return schedule();      // a slow line: the newest may still replace them
+  drain();
+}
+
+function drain() {
   for (const message of pending.values()) socket.send(JSON.stringify(message));
   pending.clear();
 }

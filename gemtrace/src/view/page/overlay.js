@@ -81,7 +81,7 @@ function drawSide(name) {
   if (marks.side === name) {
     const outline = marks.outline ?? marks.hover;
     if (outline) shapes.push(...cased('polygon', { points: text(outline.map(p => project(placed(p, s)))) }));
-    if (marks.path && marks.pixel) shapes.push(...path(marks.path, project, s, point(name, ...marks.pixel)));
+    if (marks.path && marks.pixel) shapes.push(...path(marks.path, project, s, point(...marks.pixel)));
   }
   layer.replaceChildren(...shapes);
 }

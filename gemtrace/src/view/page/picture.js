@@ -28,15 +28,12 @@ export function frame(name) {
   return { x: (view.clientWidth - width) / 2, y: (view.clientHeight - height) / 2, width, height };
 }
 
-/** A point of a view in CSS pixels, in pixels of the whole picture; and the middle of a pixel in CSS pixels. */
-export function pixel(name, x, y) {
-  const f = frame(name), [w, h] = pictures[name].size ?? full;
-  return [(x - f.x) / f.width * w, (y - f.y) / f.height * h].map(Math.floor);
-}
-export function point(name, x, y) {
-  const f = frame(name), [w, h] = pictures[name].size ?? full;
-  return [f.x + (x + 0.5) / w * f.width, f.y + (y + 0.5) / h * f.height];
-}
+/** A point of a view in CSS pixels, in device pixels; and the middle of a device pixel in CSS pixels. */
+export const pixel = (x, y) => [x * ratio(), y * ratio()].map(Math.floor);
+export const point = (x, y) => [x, y].map(v => (v + 0.5) / ratio());
+
+/** The size of a view, for questions about its pixels: the server may not know it yet. */
+export const viewed = () => ({ width: full[0], height: full[1] });
 
 /** The picture's scale is that of its smaller side, so a picture of an older size lies where it belongs. */
 function place({ canvas }) {

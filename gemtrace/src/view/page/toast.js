@@ -118,7 +118,7 @@ export function start() {
   listen('error', failed);
   listen('saved', saved);
   listen('saving', saving);
-  listen('notice', ({ text: title }) => notify({ title }));
+  listen('notice', ({ text: title }) => notify({ title, error: true }));
   $('#toast-close').addEventListener('click', dismiss);
   $('#toast-copy').addEventListener('click', () => navigator.clipboard?.writeText(text).catch(() => {}));
   for (const button of $$('[aria-controls=menu]')) button.addEventListener('click', () => toggle(button));
