@@ -12,6 +12,7 @@ export const app = {
   pose: [0, 0, 0, 1],   // the stone's rotation as it is under the hand; the server may be behind
   lights: 0,            // degrees
   distance: 1,          // factor of the opening distance
+  moved: 0,             // the newest message that moved both stones
   gesture: null,        // 'Turning', 'Lights' or 'Distance' while something moves
 };
 

@@ -63,11 +63,14 @@ export const swap = () => app.state?.compare && send({ type: 'compare', on: true
 /** While held, the other stone is in the place of this one. */
 export const flip = on => document.body.toggleAttribute('data-flip', Boolean(on && app.state?.compare));
 
+/** Whether a side's picture has settled and shows what moved it last. */
+const still = name => settled(name) && (pictures[name].header?.answers ?? 0) >= app.moved;
+
 /** The mean difference, once both pictures have settled and the page has time. */
 function compare() {
   clearTimeout(mean);
   $('#difference').textContent = '–';
-  if (!app.state?.compare || !settled('A') || !settled('B')) return;
+  if (!app.state?.compare || !still('A') || !still('B')) return;
   mean = setTimeout(() => {
     const value = difference(pictures.A.canvas, pictures.B.canvas);
     $('#difference').textContent = number(value, 1);

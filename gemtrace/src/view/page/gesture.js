@@ -15,7 +15,7 @@ let rest = 0;                    // the timer that ends a gesture of keys or whe
 let since = 0;                   // when the event came that is being answered, for the page's own timings
 
 function post(type, values, done) {
-  const id = next();
+  const id = app.moved = next();
   performance.mark(`gemtrace:${id}`, { startTime: since || performance.now() });
   since = 0;
   newest(type, { type, id, ...values, done });
