@@ -108,7 +108,7 @@ fn materials_are_chosen_and_a_cut_is_dropped() {
     assert_eq!(page.complaints(), [] as [String; 0]);
     // What cannot be read changes nothing, and says so.
     drop_file(&page, "#zone-open", "bad.gcs", "'<GemCutStudio'");
-    page.wait("!document.querySelector('#toast').hidden");
+    page.wait("/was not opened/.test(document.querySelector('#toast:not([hidden])')?.textContent)");
     let said = page.text("#toast");
     assert!(said.contains("bad.gcs was not opened") && said.contains("unchanged"), "{said}");
     assert!(pixels(&page, "#view-a") == step, "the stone is not the same");
@@ -119,7 +119,7 @@ fn a_file_of_100_megabytes_is_refused() {
     let Some(place) = Place::new() else { return };
     let page = place.page(SIZE);
     drop_file(&page, "#zone-open", "large.stl", "new Uint8Array(100 << 20)");
-    page.wait("!document.querySelector('#toast').hidden");
+    page.wait("/was not opened/.test(document.querySelector('#toast:not([hidden])')?.textContent)");
     let said = page.text("#toast");
     assert!(said.contains("large.stl was not opened") && said.contains("64 MB"), "{said}");
     // A program that does not look at the size is refused by the server, before it has read the file.
