@@ -65,3 +65,9 @@ cargo check --release --package gemtrace-core --no-default-features
 # device above has all three forms of intersection, which a GPU need not have, so each is demanded by name as well.
 forms=vulkan/ray-query,vulkan/ray-tracing-pipeline,vulkan/software
 REQUIRE_BACKENDS=${REQUIRE_BACKENDS-cpu,wgpu,vulkan,$forms} cargo test --release --workspace "$@"
+
+# The Python package: its wheel, where there is no Rust. Debian has environments in a package of their own.
+if ! python3 -c 'import ensurepip, venv' 2>/dev/null && command -v apt-get >/dev/null 2>&1; then
+  apt update -q && apt install -y -q --no-install-recommends python3-venv
+fi
+python/test.sh

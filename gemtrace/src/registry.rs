@@ -130,15 +130,19 @@ pub fn choose_for(
     name: &str,
     device: Option<usize>,
 ) -> Result<Candidates, Error> {
-    let settings = &scene.settings;
-    let paths = u64::from(scene.width) * u64::from(scene.height) * u64::from(settings.samples);
-    let paths = paths.saturating_mul(scene.wavelength_count() as u64);
-    let soon = name == AUTO && device.is_none() && paths <= SOON && scene.lone_convex_stone().is_some();
+    let soon = name == AUTO && device.is_none() && is_soon(scene);
     if !soon {
         return choose_among(backends, name, device);
     }
     let processor: Vec<_> = backends.iter().filter(|b| b.name == CPU).copied().collect();
     choose_among(&processor, name, device).map(|candidates| Candidates { soon, ..candidates })
+}
+
+/// Whether the processor has a picture of a scene before a GPU would be ready.
+pub fn is_soon(scene: &PreparedScene) -> bool {
+    let paths = u64::from(scene.width) * u64::from(scene.height) * u64::from(scene.settings.samples);
+    let paths = paths.saturating_mul(scene.wavelength_count() as u64);
+    paths <= SOON && scene.lone_convex_stone().is_some()
 }
 
 fn automatic(backends: &[Backend], device: Option<usize>) -> Result<Candidates, Error> {

@@ -42,7 +42,7 @@ use fields::{Document, Fields};
 use glam::DVec3;
 pub use overrides::Override;
 use source::Sources;
-pub use source::{Assets, Gate, SourceFile};
+pub use source::{Assets, Gate, Made, SourceFile};
 use spectral_core::Warning;
 use spectral_core::color::Tone;
 use spectral_core::film::Film;

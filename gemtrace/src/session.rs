@@ -137,6 +137,13 @@ impl Session {
         }
     }
 
+    /// The same with a scene that is prepared already, of which the next may share parts.
+    #[must_use]
+    pub fn with_prepared(mut self, scene: Arc<PreparedScene>) -> Self {
+        self.prepared = Some(scene);
+        self
+    }
+
     /// Reads a scene file and the files that it names, but for those that the scene before it named.
     ///
     /// # Errors

@@ -1,7 +1,8 @@
-//! Tiers: the facets of a design that are cut at one angle and one depth.
+//! Tiers, the facets of a design that are cut at one angle and one depth, and the figures of the whole.
 
 use serde_json::{Value, json};
-use spectral_core::mesh::Plane;
+use spectral_core::cut::Proportions;
+use spectral_core::mesh::{Mesh, Plane};
 
 /// Facets of one tier agree in tilt to this, degrees, and in distance to this share of it.
 const SAME_TILT: f64 = 0.005;
@@ -71,4 +72,30 @@ pub fn group(facets: &[(&Plane, Option<&str>)]) -> Vec<Tier> {
         }
     }
     tiers
+}
+
+/// The figures of a closed solid whose table faces +z, in its unit of length, for scripts.
+pub fn proportions(mesh: &Mesh) -> Value {
+    let p = Proportions::of(mesh);
+    json!({
+        "convex": mesh.is_convex(),
+        "shells": mesh.shells(),
+        "facets": mesh.facets().len(),
+        "triangles": mesh.triangles().len(),
+        "vertices": mesh.positions().len(),
+        "crown_facets": p.crown_facets,
+        "girdle_facets": p.girdle_facets,
+        "pavilion_facets": p.pavilion_facets,
+        "width": p.width,
+        "length": p.length,
+        "table_percent": p.table_percent,
+        "depth_percent": 100.0 * p.total_depth / p.width,
+        "crown_height_percent": 100.0 * p.crown_height / p.width,
+        "girdle_percent": 100.0 * p.girdle / p.width,
+        "pavilion_depth_percent": 100.0 * p.pavilion_depth / p.width,
+        "crown_angle": p.crown_angle,
+        "pavilion_angle": p.pavilion_angle,
+        "volume": p.volume,
+        "area": mesh.area(),
+    })
 }

@@ -4,6 +4,9 @@
 #[path = "../examples/built_scene.rs"]
 mod built_scene;
 #[allow(dead_code, reason = "as above")]
+#[path = "../examples/many.rs"]
+mod many;
+#[allow(dead_code, reason = "as above")]
 #[path = "../examples/progress.rs"]
 mod progress;
 #[allow(dead_code, reason = "as above")]
@@ -28,6 +31,8 @@ fn every_example_writes_its_picture() {
     scene_file::render(&path("scene.toml"), &path("a.png")).unwrap();
     progress::render(&path("scene.toml"), &path("b.exr")).unwrap();
     built_scene::render(&path("c.png")).unwrap();
+    let sums = ["turned", "fresh"].map(|mode| many::render(&path("scene.toml"), mode, 3).unwrap());
+    assert!(sums[0] == sums[1] && many::render(&path("scene.toml"), "same", 3).unwrap() > 0.0);
     assert_eq!(image::image_dimensions(path("a.png")).unwrap(), (24, 16));
     assert!(path("b.exr").exists());
     let ruby = image::open(path("c.png")).unwrap().into_rgb8();

@@ -308,6 +308,19 @@ impl Film {
         self.radiance[i * self.wavelengths..(i + 1) * self.wavelengths].iter().map(|v| v * scale).collect()
     }
 
+    /// [`radiance`](Self::radiance) of all pixels, row by row, one value a wavelength each.
+    pub fn spectra(&self) -> Vec<f32> {
+        let scales = self.samples.iter().map(|&samples| inverse(samples));
+        // No chunks where the film keeps no spectra.
+        let pixels = self.radiance.chunks_exact(self.wavelengths.max(1));
+        pixels.zip(scales).flat_map(|(sums, scale)| sums.iter().map(move |sum| sum * scale)).collect()
+    }
+
+    /// The number of samples of all pixels, row by row.
+    pub fn counts(&self) -> &[u32] {
+        &self.samples
+    }
+
     /// All pixels in a colour space, row by row: linear, with negative components for colours outside the space, and coverage
     /// as the fourth channel.
     pub fn to_space(&self, space: RgbSpace) -> Vec<[f32; 4]> {

@@ -56,7 +56,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
     let measures = Measures::of(&mesh);
     let mut json =
         json!({ "file": args.file.display().to_string(), "closed": true, "warnings": texts(&warnings) });
-    json["solid"] = measures.json();
+    json["solid"] = tier::proportions(&mesh);
     Ok(Report::new(measures.text(), json))
 }
 
@@ -101,7 +101,7 @@ fn design(
             write_mesh(args.mesh.as_deref(), &mesh)?;
             let measures = Measures::of(&mesh);
             lines.extend([String::new(), measures.text()]);
-            json["solid"] = measures.json();
+            json["solid"] = tier::proportions(&mesh);
             None
         }
         Err(error) => Some(Error::file(path, error)),
@@ -174,30 +174,5 @@ impl<'a> Measures<'a> {
         let rows: Vec<Vec<String>> =
             rows.into_iter().map(|(key, value)| vec![key.to_owned(), value]).collect();
         table::columns(2, &rows)
-    }
-
-    fn json(&self) -> Value {
-        let p = &self.proportions;
-        json!({
-            "convex": self.mesh.is_convex(),
-            "shells": self.mesh.shells(),
-            "facets": self.mesh.facets().len(),
-            "triangles": self.mesh.triangles().len(),
-            "vertices": self.mesh.positions().len(),
-            "crown_facets": p.crown_facets,
-            "girdle_facets": p.girdle_facets,
-            "pavilion_facets": p.pavilion_facets,
-            "width": p.width,
-            "length": p.length,
-            "table_percent": p.table_percent,
-            "depth_percent": 100.0 * p.total_depth / p.width,
-            "crown_height_percent": 100.0 * p.crown_height / p.width,
-            "girdle_percent": 100.0 * p.girdle / p.width,
-            "pavilion_depth_percent": 100.0 * p.pavilion_depth / p.width,
-            "crown_angle": p.crown_angle,
-            "pavilion_angle": p.pavilion_angle,
-            "volume": p.volume,
-            "area": self.mesh.area(),
-        })
     }
 }

@@ -75,7 +75,7 @@ fn attribute_length(bytes: &[u8]) -> Option<usize> {
 }
 
 fn channels(picture: &Picture) -> impl Iterator<Item = AnyChannel<FlatSamples>> {
-    let pixels = picture.pixels(picture.options.space);
+    let pixels = picture.linear(picture.options.space);
     let colours = ["R", "G", "B", "A"].into_iter().enumerate();
     let colours: Vec<_> =
         colours.map(|(c, name)| channel(name, pixels.iter().map(|pixel| pixel[c]).collect())).collect();

@@ -80,6 +80,13 @@ impl Picture {
         }
     }
 
+    /// Writes it in another way from now on; `exposure` then holds that of the scene file, too.
+    pub fn set_options(&mut self, options: Options) {
+        self.options = options;
+        let provenance = self.provenance.clone().with("space", options.space.name().into());
+        self.provenance = provenance.with("exposure", options.exposure.into());
+    }
+
     /// Writes a PNG or an EXR, as the extension of the name says. Returns its size in bytes.
     ///
     /// # Errors
@@ -133,9 +140,9 @@ impl Picture {
         pixels.into_iter().map(|p| png::displayed(p).map(|v| (v * 255.0).round() as u8)).collect()
     }
 
-    /// All pixels in `space`, linear and premultiplied, with their alpha: as the scene has them.
-    #[cfg(feature = "formats")]
-    pub(super) fn pixels(&self, space: RgbSpace) -> Vec<[f32; 4]> {
+    /// All pixels in `space`, row by row: linear, premultiplied by the alpha that follows, as the scene has them. They are those
+    /// of the EXR.
+    pub fn linear(&self, space: RgbSpace) -> Vec<[f32; 4]> {
         pixels(&self.film, self.transparent, self.backdrop, space, None)
     }
 

@@ -46,6 +46,40 @@ pub struct Assets {
     shaped: Vec<(ShapeSpec, Solid)>,
     /// Whether shadows on the ground are coarse.
     coarse: bool,
+    /// What scenes may name in place of a file.
+    made: HashMap<String, Made>,
+}
+
+/// Something for scenes that is in no file: a light ([`LatLong`]) or a solid ([`Mesh`](spectral_core::mesh::Mesh)). A scene
+/// names it by its [`name`](Made::name) where it could name a file of that kind, in `image`, `cut` or `mesh`.
+///
+/// ```
+/// use gemtrace::scene_file::{Assets, Made};
+/// use spectral_core::environment::LatLong;
+/// let (sky, warnings) = LatLong::new(1, 2, vec![[1.0; 3], [0.2; 3]])?;
+/// let sky = Made::new(sky, b"a grey sky", warnings);
+/// let text = format!("format = 1\ncamera = {{ position = [0, -20, 20], look_at = [0, 0, 0] }}\nenvironment.image = '{}'", sky.name());
+/// let mut assets = Assets::default();
+/// assets.offer([sky]);
+/// assert_eq!(assets.parse(&text, "".as_ref(), "".as_ref())?.files.len(), 1);
+/// # Ok::<(), gemtrace::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Made(Asset);
+
+impl Made {
+    /// What it is, its contents as bytes, which go into the hash of scenes that name it, and remarks that every such scene has.
+    pub fn new<T: Any + Send + Sync>(made: T, contents: &[u8], warnings: Vec<Warning>) -> Self {
+        let sha256 = sha256(contents);
+        let file =
+            SourceFile { path: format!("memory:{sha256}").into(), bytes: contents.len() as u64, sha256 };
+        Made(Asset { file, changed: None, decoded: Arc::new(made), warnings })
+    }
+
+    /// Its name in scenes: the same for the same contents.
+    pub fn name(&self) -> String {
+        self.0.file.path.display().to_string()
+    }
 }
 
 /// The solid of a shape, and what was accepted with a remark.
@@ -68,6 +102,11 @@ impl Assets {
     /// The image of a light model.
     pub(crate) fn drawn(&mut self, model: &LightModel) -> Result<Arc<LatLong>, spectral_core::Error> {
         remembered(&mut self.drawn, model, || Ok(Arc::new(model.image()?)))
+    }
+
+    /// What the scenes that follow may name in place of files; what was offered before is forgotten.
+    pub fn offer(&mut self, made: impl IntoIterator<Item = Made>) {
+        self.made = made.into_iter().map(|made| (made.name(), made)).collect();
     }
 
     /// Takes out what is known of a file, if it is still the same.
@@ -142,6 +181,9 @@ impl<'a> Sources<'a> {
         name: &str,
         reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
     ) -> Result<Arc<T>, Error> {
+        if let Some(Made(asset)) = self.earlier.made.get(name).cloned() {
+            return self.take_note(&asset);
+        }
         let path = self.folder.join(name);
         let path = self.earlier.gate.as_ref().map_or(Ok(path.clone()), |gate| gate(&path))?;
         let key = (path.clone(), TypeId::of::<T>());
@@ -159,15 +201,20 @@ impl<'a> Sources<'a> {
                 Asset { file, changed, decoded: Arc::new(decoded), warnings }
             }
         };
+        let decoded = self.take_note(&asset)?;
+        self.used.insert(key, asset);
+        Ok(decoded)
+    }
+
+    /// What an asset was decoded to; the scene names it.
+    fn take_note<T: Any + Send + Sync>(&mut self, asset: &Asset) -> Result<Arc<T>, Error> {
         if !self.files.contains(&asset.file) {
             self.hash.add(asset.file.sha256.as_bytes());
             self.files.push(asset.file.clone());
         }
         self.warn(asset.warnings.clone());
         let decoded = Arc::clone(&asset.decoded).downcast();
-        let decoded = decoded.map_err(|_| Error::file(&asset.file.path, "this is another kind of file"))?;
-        self.used.insert(key, asset);
-        Ok(decoded)
+        decoded.map_err(|_| Error::file(&asset.file.path, "this is another kind of file"))
     }
 
     /// The same for the file that an entry names; complaints come with the entry's line.
