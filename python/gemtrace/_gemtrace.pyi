@@ -7,6 +7,11 @@ from typing import final
 import numpy as np
 import numpy.typing as npt
 
+__all__ = [
+    "Film", "Live", "Made", "Material", "Scene", "Session", "Solid", "cauchy_fit", "crystal", "devices", "fresnel",
+    "material_names", "mueller", "upsample", "version",
+]
+
 _Floats = npt.NDArray[np.float64]
 _Singles = npt.NDArray[np.float32]
 _Whole = npt.NDArray[np.uint32]

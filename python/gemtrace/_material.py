@@ -43,7 +43,7 @@ class Material:
         raise UnknownNameError(f"unknown axis {axis!r} of {self.name}; valid: {valid}")
 
     @overload
-    def n(self, nm: float, axis: str | None = None) -> float: ...  # type: ignore[overload-overlap]
+    def n(self, nm: float, axis: str | None = None) -> float: ...
     @overload
     def n(self, nm: npt.ArrayLike, axis: str | None = None) -> Floats: ...
     def n(self, nm: npt.ArrayLike, axis: str | None = None) -> Any:
@@ -57,7 +57,7 @@ class Material:
         return self._material.index(flat(array), self._place(axis)).reshape(array.shape)[()]
 
     @overload
-    def k(self, nm: float) -> float: ...  # type: ignore[overload-overlap]
+    def k(self, nm: float) -> float: ...
     @overload
     def k(self, nm: npt.ArrayLike) -> Floats: ...
     def k(self, nm: npt.ArrayLike) -> Any:
@@ -69,7 +69,7 @@ class Material:
         return self._material.extinction(flat(array)).reshape(array.shape)[()]
 
     @overload
-    def absorption(self, nm: float, axis: str | None = None) -> float: ...  # type: ignore[overload-overlap]
+    def absorption(self, nm: float, axis: str | None = None) -> float: ...
     @overload
     def absorption(self, nm: npt.ArrayLike, axis: str | None = None) -> Floats: ...
     def absorption(self, nm: npt.ArrayLike, axis: str | None = None) -> Any:

@@ -67,8 +67,8 @@ def fresnel(cos_i: npt.ArrayLike, n1: npt.ArrayLike, n2: npt.ArrayLike) -> Fresn
     )
     rows = np.stack([cos, incident, n, k], axis=-1)
     out = _gemtrace.fresnel(flat(rows), metal).reshape(*cos.shape, 9)
-    parts = [out[..., i] for i in range(9)]
-    return Fresnel(*parts[:4], parts[4] + 1j * parts[5], parts[6], parts[7], parts[8] > 0.5)
+    r_s, r_p, t_s, t_p, re, im, refracted, cos_t, total = (out[..., i] for i in range(9))
+    return Fresnel(r_s, r_p, t_s, t_p, re + 1j * im, refracted, cos_t, total > 0.5)
 
 
 def stokes(event: Fresnel, kind: Literal["reflected", "refracted"], turn: npt.ArrayLike = 0.0) -> Floats:
@@ -81,7 +81,7 @@ def stokes(event: Fresnel, kind: Literal["reflected", "refracted"], turn: npt.Ar
     if kind == "reflected":
         s, p, cross = event.reflectance_s, event.reflectance_p, event.reflected_cross
     elif kind == "refracted":
-        s, p, cross = event.transmittance_s, event.transmittance_p, event.refracted_cross + 0j
+        s, p, cross = event.transmittance_s, event.transmittance_p, event.refracted_cross.astype(np.complex128)
     else:
         raise InputError(f"kind: {kind!r} is not valid; expected 'reflected' or 'refracted'")
     angle = real("turn", turn)
@@ -95,7 +95,7 @@ class Waves(NamedTuple):
     those of the smaller and the larger index. The last but one axis of each array is (…, 2), or (…, 2, 3) for vectors; angles
     are in radians. No errors."""
 
-    index: Floats
+    n: Floats
     """Index that the wave sees: (…, 2), without unit."""
     walk_off: Floats
     """Angle between wave vector and ray: (…, 2), radians."""

@@ -15,6 +15,8 @@ from ._errors import DeviceError, InputError, Interrupted
 from ._film import Film
 
 Progress = Callable[[int, int], object]
+# A table whose keys replace those of another, or remove them by None.
+Change = Mapping[str, object]
 
 
 class Scene:
@@ -88,14 +90,14 @@ class Scene:
         self,
         *,
         material: str | Sequence[str] | None = None,
-        camera: table.Camera | None = None,
+        camera: Change | None = None,
         stones: Sequence[table.Stone] | None = None,
-        environment: table.Environment | None = None,
-        film: table.Film | None = None,
+        environment: Change | None = None,
+        film: Change | None = None,
         materials: Mapping[str, table.Material] | None = None,
-        ground: table.Ground | None = None,
-        pose: table.Pose | None = None,
-        render: table.Render | None = None,
+        ground: Change | None = None,
+        pose: Change | None = None,
+        render: Change | None = None,
     ) -> Scene:
         """Another scene: tables are merged key by key, and a key with None is removed; ``stones`` takes the place of all.
 

@@ -39,7 +39,7 @@ impl Material {
         let message =
             |e: toml::de::Error| gemtrace::Error::Item(format!("material '{name}': {}", e.message()));
         let spec: MaterialSpec = table(json)?.try_into().map_err(message)?;
-        let (material, warnings) = spec.build(name, |file| curve(file))?;
+        let (material, warnings) = spec.build(name, curve)?;
         let mut warnings: Vec<_> = warnings.iter().map(ToString::to_string).collect();
         warnings.extend(material.check([380.0, 740.0])?.iter().map(ToString::to_string));
         Ok(Material { material, warnings })

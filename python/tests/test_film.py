@@ -58,7 +58,7 @@ def test_qualities_have_the_bits_of_the_command_line(tmp_path: Path, program: Pr
 def test_shapes_types_and_figures(scene: gemtrace.Scene) -> None:
     film = scene.replace(render={"spectral": True, "wavelengths": [450.0, 550.0, 650.0], "jitter": None}).render(backend="cpu")
     assert film.shape == (24, 32) and film.finished
-    for array, shape, kind in [
+    arrays: list[tuple[np.ndarray, tuple[int, ...], type]] = [
         (film.rgb(), (24, 32, 3), np.float32),
         (film.xyz, (24, 32, 3), np.float32),
         (film.alpha, (24, 32), np.float32),
@@ -66,7 +66,8 @@ def test_shapes_types_and_figures(scene: gemtrace.Scene) -> None:
         (film.samples, (24, 32), np.uint32),
         (film.spectral, (24, 32, 3), np.float32),
         (film.wavelengths, (3,), np.float64),
-    ]:
+    ]
+    for array, shape, kind in arrays:
         assert array.shape == shape and array.dtype == kind and array.flags.c_contiguous
     assert film.spectral is film.spectral and not film.spectral.flags.writeable
     assert set(film.samples.ravel()) == {1} and film.coverage.max() == 1.0 and film.alpha.min() == 1.0

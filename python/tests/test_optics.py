@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from gemtrace import Fresnel, cauchy_fit, crystal, fresnel, stokes, upsample
 
+NOTHING: Any = None
+
 
 def test_fresnel_at_normal_incidence_and_beyond_the_critical_angle() -> None:
     event = fresnel(1.0, 1.0, 1.5)
@@ -90,19 +92,19 @@ def test_crystal_waves() -> None:
     # Calcite at 41.870° from the axis, where its rays part most (design figure of the library's own test).
     angle = np.radians(41.870)
     waves = crystal((1.65835, 1.48640), (np.sin(angle), 0.0, 3.0 * np.cos(angle) / 3.0))
-    assert waves.index.shape == (2,) and waves.ray.shape == (2, 3)
-    assert abs(waves.index[0] - 1.65835) < 1e-12
+    assert waves.n.shape == (2,) and waves.ray.shape == (2, 3)
+    assert abs(waves.n[0] - 1.65835) < 1e-12
     np.testing.assert_allclose(np.degrees(waves.walk_off), [0.0, 6.259454], atol=1e-5)
     # Along every axis of a biaxial crystal the two waves have the other two indices.
     topaz = np.array([1.609, 1.611, 1.618])
     found = crystal(topaz, np.eye(3))
-    np.testing.assert_allclose(found.index, [[1.611, 1.618], [1.609, 1.618], [1.609, 1.611]], atol=1e-12)
+    np.testing.assert_allclose(found.n, [[1.611, 1.618], [1.609, 1.618], [1.609, 1.611]], atol=1e-12)
     np.testing.assert_allclose(np.linalg.norm(found.electric, axis=-1), 1.0, rtol=1e-14)
     # An axis that is turned with the direction changes nothing.
     frame = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
     direction = np.array([0.3, -0.5, 0.8])
-    np.testing.assert_allclose(crystal(topaz, direction @ frame, frame).index, crystal(topaz, direction).index, atol=1e-14)
-    assert crystal(np.tile(topaz, (4, 1, 1)), np.eye(3)).index.shape == (4, 3, 2)
+    np.testing.assert_allclose(crystal(topaz, direction @ frame, frame).n, crystal(topaz, direction).n, atol=1e-14)
+    assert crystal(np.tile(topaz, (4, 1, 1)), np.eye(3)).n.shape == (4, 3, 2)
 
 
 def test_upsampled_colours_are_exact() -> None:
@@ -144,7 +146,7 @@ def test_cauchy_fit() -> None:
         (lambda: fresnel([0.1, 0.2], [1.0, 1.1, 1.2], 1.5), gemtrace.InputError, r"cos_i \(2,\), n1 \(3,\)"),
         (lambda: fresnel("a", 1.0, 1.5), TypeError, "cos_i"),
         (lambda: fresnel(0.5j, 1.0, 1.5), TypeError, "cos_i: complex128"),
-        (lambda: fresnel(0.5, None, 1.5), TypeError, "n1: object"),
+        (lambda: fresnel(0.5, NOTHING, 1.5), TypeError, "n1: object"),
         (lambda: crystal((1.5, 1.6, 1.7, 1.8), (0, 0, 1)), gemtrace.InputError, "last axis has length 3"),
         (lambda: crystal(1.5, (0, 0, 1)), gemtrace.InputError, "last axis"),
         (lambda: crystal((1.5, 0.0, 1.6), (0, 0, 1)), gemtrace.InputError, r"n\[1\]: 0.0"),

@@ -47,7 +47,7 @@ def test_an_exception_ends_the_render(long: gemtrace.Scene) -> None:
     with pytest.raises(LookupError):
         long.render(backend="cpu", resolution=(4, 4), samples=1, progress=fail)
     with pytest.raises(TypeError):
-        long.render(backend="cpu", progress=lambda: None)  # type: ignore[arg-type]
+        long.render(backend="cpu", progress=dict)  # type: ignore[arg-type]
     assert long.render(backend="cpu", resolution=(4, 4), samples=1).finished
 
 
@@ -107,8 +107,10 @@ def test_threads_give_the_same_pictures(scene: gemtrace.Scene) -> None:
     with scene.open(backend="cpu") as view:
         work = [lambda: found.append(scene.render(backend="cpu").rgb()), lambda: found.append(view.render().rgb())]
         threads = [threading.Thread(target=work[i % 2]) for i in range(8)]
-        [thread.start() for thread in threads]
-        [thread.join() for thread in threads]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
     assert len(found) == 8
     for picture in found:
         np.testing.assert_array_equal(picture, expected)

@@ -37,8 +37,8 @@ like = "corundum"
 absorption = [{{ centre = 553.0, sigma = 38.0, peak = 0.9 }}]
 """
     code = gemtrace.Scene(
-        camera={"position": np.array([0.0, -11.12, 30.05]), "look_at": (0, 0.0, -0.49), "fov": np.float32(14)},
-        film={"width": np.int64(16), "height": 12, "background": "transparent"},
+        camera={"position": np.array([0.0, -11.12, 30.05]), "look_at": (0, 0.0, -0.49), "fov": float(np.float32(14))},
+        film={"width": int(np.int64(16)), "height": 12, "background": "transparent"},
         environment={"image": ROOT / "scenes/environments/hall.exr", "rotation": 30, "scale": 1.5},
         ground={"diffuse": 0.5},
         pose={"turn": 10, "tilt": 5.0},
@@ -237,7 +237,7 @@ def test_views_hold_the_scene_in_other_ways(scene: gemtrace.Scene) -> None:
 
 
 def test_settings_that_are_none(scene: gemtrace.Scene) -> None:
-    for arguments, error, words in [
+    bad: list[tuple[dict[str, Any], type[Exception], str]] = [
         ({"backend": "gpu"}, gemtrace.InputError, "unknown backend 'gpu'; valid: auto, cpu"),
         ({"backend": "cpu", "device": 7}, gemtrace.InputError, "no device 7"),
         ({"device": -1}, gemtrace.InputError, "device: -1"),
@@ -253,9 +253,10 @@ def test_settings_that_are_none(scene: gemtrace.Scene) -> None:
         ({"resolution": (10**6, 4)}, gemtrace.InputError, "1000000"),
         ({"resolution": 16}, TypeError, "."),
         ({"progress": 3}, TypeError, "progress"),
-    ]:
+    ]
+    for arguments, error, words in bad:
         with pytest.raises(error, match=words):
-            scene.render(**{"backend": "cpu", **arguments})  # type: ignore[arg-type]
+            scene.render(**{"backend": "cpu", **arguments})
     assert scene.render(backend="cpu").finished
 
 
