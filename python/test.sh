@@ -7,7 +7,7 @@ python=${PYTHON:-python3}
 place=target/python
 pip() { "$1/bin/python" -m pip --disable-pip-version-check install --quiet "${@:2}"; }
 
-# Made once; it is told by its tools which it is.
+# An environment; one that works already is kept.
 environment() {
   if ! "$1/bin/python" -c '' 2>/dev/null; then
     rm -rf "$1"
@@ -34,6 +34,7 @@ pip "$place/tools" --force-reinstall --no-deps "$wheel"
 cargo test --release --workspace --no-run --quiet
 PATH="$PWD/$place/tools/bin:$PATH"
 GEMTRACE_WHEEL=$wheel pytest --quiet "$@"
+pytest --quiet -W ignore --nbmake --nbmake-timeout=300 python/notebooks
 mypy
 # The stub of the extension module says what is built.
 python -m mypy.stubtest gemtrace._gemtrace --mypy-config-file pyproject.toml

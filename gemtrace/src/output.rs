@@ -26,6 +26,8 @@ mod png;
 mod provenance;
 mod temporary;
 
+#[cfg(feature = "formats")]
+pub use exr::write_light;
 pub use file::{check, prepare, refuse_overlap, remove_leftovers};
 #[cfg(feature = "batch")]
 pub(crate) use file::{is_plain_name, write as write_file};
@@ -38,7 +40,7 @@ pub use temporary::{abandon, is_writing};
 use crate::Error;
 use ::png::Compression;
 use rayon::prelude::*;
-use spectral_core::{color::RgbSpace, film::Film, memory, prepare::PreparedScene};
+use spectral_core::{color::RgbSpace, film::Film, memory, mesh::Mesh, prepare::PreparedScene};
 use std::path::{Path, PathBuf};
 
 /// A kind of picture file.
@@ -261,6 +263,16 @@ pub(crate) fn small_png<const N: usize>(width: u32, pixels: &[[u8; N]]) -> Resul
     let mut bytes = Vec::new();
     png::encode_pixels(width, pixels, Compression::High, &mut bytes)?;
     Ok(bytes)
+}
+
+/// Writes a solid as a mesh file (.obj), in its unit of length.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written.
+pub fn write_mesh(path: &Path, mesh: &Mesh) -> Result<u64, Error> {
+    let vertices = mesh.positions().iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
+    let faces = mesh.triangles().iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
+    write_text(path, &vertices.chain(faces).collect::<String>())
 }
 
 /// Writes a text file (a plot, say) as safely as a picture.

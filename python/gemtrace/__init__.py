@@ -33,6 +33,7 @@ from ._errors import (
 from ._film import Film
 from ._material import Material, Materials, materials
 from ._measure import Measurement, measure
+from ._notebook import LiveView, view
 from ._optics import Fresnel, Waves, cauchy_fit, crystal, fresnel, stokes, upsample
 from ._scene import Scene, View, load
 
@@ -47,6 +48,7 @@ __all__ = [
     "Fresnel",
     "InputError",
     "Interrupted",
+    "LiveView",
     "Material",
     "Materials",
     "Measurement",
@@ -67,6 +69,7 @@ __all__ = [
     "stokes",
     "table",
     "upsample",
+    "view",
 ]
 
 

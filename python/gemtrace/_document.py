@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, SupportsIndex
 
 import numpy as np
@@ -134,3 +135,25 @@ def merged(before: Document, name: str, change: Document) -> Document:
     rivals = [key for key in EITHER.get(name, ()) if any(change.get(k) is not None for k in EITHER[name])]
     kept = {key: entry for key, entry in before.items() if key not in rivals}
     return {key: entry for key, entry in {**kept, **change}.items() if entry is not None}
+
+
+def relocate(document: Document, files: Mapping[str, str], folder: Path) -> None:
+    """Names every file of a document by its full path, and what was in no file by the file that it was written to."""
+
+    def named(name: str) -> str:
+        return files.get(name) or os.fspath(folder / name)
+
+    for stone in document.get("stone", []):
+        for key in ("cut", "mesh"):
+            if key in stone:
+                # What was made is written as a mesh.
+                stone["mesh" if stone[key] in files else key] = named(stone.pop(key))
+    environment = document.get("environment", {})
+    if "image" in environment:
+        environment["image"] = named(environment["image"])
+    if "." in environment.get("illuminant", ""):
+        environment["illuminant"] = named(environment["illuminant"])
+    for material in document.get("material", {}).values():
+        for part in (material, material.get("extraordinary", {}), *material.get("principal", [])):
+            if isinstance(part.get("absorption"), str):
+                part["absorption"] = named(part["absorption"])

@@ -117,19 +117,28 @@ class Film:
         """The time that tracing took, in seconds, without preparing the scene. No errors."""
         return self._film.seconds
 
-    def save(self, path: str | os.PathLike[str], *, space: str = "srgb", bits: int = 8, exposure: float = 0.0) -> Path:
+    def save(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        space: str = "srgb",
+        bits: int = 8,
+        exposure: float = 0.0,
+        tone: str | None = None,
+    ) -> Path:
         """Writes a PNG or an EXR, as the extension says, and returns its path.
 
         ``space`` as for :meth:`rgb`; PNGs are at most in Rec. 2020. ``bits``: 8 or 16, of a PNG. ``exposure``: stops by
-        which a PNG is brightened, beside the scene's own. An EXR has 32-bit floats, the spectra if there are any, and where
+        which a PNG is brightened, beside the scene's own. ``tone``: how a PNG shows
+        colours that a screen cannot, ``"hue"``, ``"clip"`` or ``"neutral"``, in place of the scene's. An EXR has 32-bit floats, the spectra if there are any, and where
         the picture comes from. The file appears when it is whole. Raises InputError for another extension or depth and for
-        a file that the scene was read from, UnknownNameError for an unknown space, OutputError for a file that cannot be
+        a file that the scene was read from, UnknownNameError for an unknown space or tone, OutputError for a file that cannot be
         written.
         """
         stops = float(exposure)
         if not abs(stops) <= 1000.0:
             raise InputError(f"exposure: {exposure} is not valid; expected stops from -1000 to 1000")
-        self._film.save(os.fspath(path), space, bits, stops)
+        self._film.save(os.fspath(path), space, bits, stops, tone)
         return Path(path)
 
     def to_xarray(self) -> xarray.Dataset:

@@ -10,8 +10,8 @@ from types import TracebackType
 
 from . import _gemtrace, table
 from ._array import log, remark
-from ._document import Document, Maker, merged
-from ._errors import DeviceError, InputError, Interrupted
+from ._document import Document, Maker, merged, relocate
+from ._errors import DeviceError, InputError, Interrupted, OutputError
 from ._film import Film
 
 Progress = Callable[[int, int], object]
@@ -160,6 +160,29 @@ class Scene:
         that fails is reported by the first picture.
         """
         return View(self, opened(backend, device, threads, single=False))
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Writes a scene file, which the command line renders as well, and returns its path.
+
+        Units are those of scene files: mm, degrees, nm. Arrays become files beside it: a light an EXR of 32-bit floats, shape
+        (rows, columns, 3), a solid an OBJ, whose facets are found again to rounding. Other files are named by their full
+        paths. Raises InputError for a name without ``.toml`` or that of a file which the scene was read from, and OutputError
+        for a file that cannot be written.
+        """
+        target = Path(path).absolute()
+        if target.suffix != ".toml":
+            raise InputError(f"{path}: scenes are written as TOML; end the name in '.toml'")
+        if not target.parent.is_dir():
+            raise OutputError(f"{path}: there is no folder {target.parent}")
+        document = self.document
+        text = json.dumps(document)
+        files: dict[str, str] = {}
+        for number, made in enumerate(self._scene.made, 1):
+            if made.name in text:
+                files[made.name] = Path(made.save(os.fspath(target.with_name(f"{target.stem}-{number}")))).name
+        relocate(document, files, Path.cwd() if self.path is None else self.path.absolute().parent)
+        self._scene.write(os.fspath(target), json.dumps(document))
+        return Path(path)
 
     def __repr__(self) -> str:
         height, width = self.shape

@@ -41,6 +41,7 @@ class Film(TypedDict, total=False):
     height: int
     background: str | Vector
     exposure: float
+    tone: Literal["hue", "clip", "neutral"]
 
 
 class Environment(TypedDict, total=False):

@@ -1,11 +1,11 @@
 //! Films: what was rendered, as arrays and files.
 
 use crate::error::Failure;
-use gemtrace::output::{self, Depth, Picture, Target};
+use gemtrace::output::{self, Depth, Options, Picture, Target};
 use numpy::{PyArray1, PyArray2, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
-use spectral_core::color::RgbSpace;
+use spectral_core::color::{RgbSpace, Tone};
 use spectral_core::tracer::TraceReport;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -20,8 +20,8 @@ pub struct Film {
     /// What it must not be written over.
     inputs: Vec<PathBuf>,
     size: [usize; 2],
-    /// The scene's own exposure, stops.
-    exposure: f64,
+    /// Exposure and tone of the scene.
+    own: Options,
 }
 
 impl Film {
@@ -33,8 +33,8 @@ impl Film {
         inputs: Vec<PathBuf>,
     ) -> Self {
         let size = [picture.film.height() as usize, picture.film.width() as usize];
-        let exposure = picture.options.exposure;
-        Film { picture: Mutex::new(picture), report, reason, warnings, inputs, size, exposure }
+        let own = picture.options;
+        Film { picture: Mutex::new(picture), report, reason, warnings, inputs, size, own }
     }
 
     /// Held by nobody who waits for the interpreter.
@@ -162,15 +162,18 @@ impl Film {
         space: &str,
         bits: u32,
         exposure: f64,
+        tone: Option<&str>,
     ) -> Result<u64, Failure> {
         let space = RgbSpace::by_name(space)?;
+        let tone = tone.map(Tone::by_name).transpose()?;
         let depth = Depth::of_bits(bits)
             .ok_or_else(|| spectral_core::Error::value("bits", bits, "8 or 16 bits a channel of a PNG"))?;
         let target = Target::new(path)?;
         py.detach(|| {
             output::prepare(&[target.path()], self.inputs.iter().map(PathBuf::as_path))?;
             let mut picture = self.picture();
-            picture.set_options(output::Options { space, depth, exposure: self.exposure + exposure });
+            let tone = tone.or(self.own.tone);
+            picture.set_options(Options { space, depth, exposure: self.own.exposure + exposure, tone });
             Ok(picture.write(&target)?)
         })
     }
@@ -179,7 +182,7 @@ impl Film {
     fn png<'py>(&self, py: Python<'py>) -> Result<Bound<'py, PyBytes>, Failure> {
         let bytes = py.detach(|| {
             let mut picture = self.picture();
-            picture.set_options(output::Options { exposure: self.exposure, ..output::Options::default() });
+            picture.set_options(self.own);
             picture.png()
         })?;
         Ok(PyBytes::new(py, &bytes))

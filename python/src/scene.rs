@@ -3,10 +3,11 @@
 use crate::cut::Solid;
 use crate::error::Failure;
 use gemtrace::scene_file::{self, Assets, Draft, LoadedScene};
-use gemtrace::{Error, import};
+use gemtrace::{Error, import, output};
 use numpy::PyReadonlyArray1;
 use pyo3::prelude::*;
 use spectral_core::environment::LatLong;
+use spectral_core::mesh::Mesh;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -48,6 +49,22 @@ impl Made {
         let corners = mesh.triangles().iter().flatten().flat_map(|corner| corner.to_le_bytes());
         let contents: Vec<u8> = figures.chain(corners).collect();
         Made(scene_file::Made::new(mesh.clone(), &contents, solid.warnings().to_vec()))
+    }
+
+    /// Writes it into a file whose name is `stem` and an extension; returns the name.
+    fn save(&self, py: Python<'_>, stem: PathBuf) -> Result<PathBuf, Failure> {
+        py.detach(|| {
+            if let Some(light) = self.0.contents::<LatLong>() {
+                let path = stem.with_added_extension("exr");
+                output::write_light(&path, &light)?;
+                return Ok(path);
+            }
+            let path = stem.with_added_extension("obj");
+            if let Some(mesh) = self.0.contents::<Mesh>() {
+                output::write_mesh(&path, &mesh)?;
+            }
+            Ok(path)
+        })
     }
 
     /// The name by which a scene names it.
@@ -138,9 +155,21 @@ impl Scene {
         Ok(serde_json::to_string(&self.draft.table).map_err(|e| Error::Item(e.to_string()))?)
     }
 
-    /// Its document as the text of a scene file.
-    fn text(&self) -> Result<String, Failure> {
-        Ok(toml::to_string(&self.draft.table).map_err(|e| Error::Item(e.to_string()))?)
+    /// Writes a document of it as a scene file.
+    fn write(&self, py: Python<'_>, path: PathBuf, document: &str) -> Result<(), Failure> {
+        let text = toml::to_string(&table(document)?).map_err(|e| Error::Item(e.to_string()))?;
+        py.detach(|| {
+            let inputs = self.inputs();
+            output::prepare(&[path.as_path()], inputs.iter().map(PathBuf::as_path))?;
+            output::write_text(&path, &text)?;
+            Ok(())
+        })
+    }
+
+    /// What it names that is in no file.
+    #[getter]
+    fn made(&self) -> Vec<Made> {
+        self.made.clone()
     }
 
     /// Where it was read from; nothing for one from Python.

@@ -51,7 +51,9 @@ def test_qualities_have_the_bits_of_the_command_line(tmp_path: Path, program: Pr
         film = gemtrace.load(path).render(backend="cpu", resolution=(24, 24), quality=quality)
         film.save(tmp_path / "y.exr")
         film.save(tmp_path / "y.png")
-        for kind in ("exr", "png"):
+        program("render", path, "--size", "24x24", "--quality", quality, "--backend", "cpu", "--tone", "clip", "--exposure", "1", "-o", tmp_path / "x.p16.png", "--bits", "16")
+        film.save(tmp_path / "y.p16.png", tone="clip", exposure=1.0, bits=16)
+        for kind in ("exr", "png", "p16.png"):
             assert (tmp_path / f"y.{kind}").read_bytes() == (tmp_path / f"x.{kind}").read_bytes()
 
 
@@ -113,6 +115,8 @@ def test_bad_requests_are_refused(scene: gemtrace.Scene, tmp_path: Path) -> None
         film.save(tmp_path / "x.exr", space="lab")
     with pytest.raises(gemtrace.InputError, match="'.png' or '.exr'"):
         film.save(tmp_path / "x.jpg")
+    with pytest.raises(gemtrace.UnknownNameError, match="unknown tone 'hues'; did you mean 'hue'"):
+        film.save(tmp_path / "x.png", tone="hues")
     with pytest.raises(gemtrace.InputError, match="bits: 12"):
         film.save(tmp_path / "x.png", bits=12)
     for stops in (np.nan, np.inf, 1e9):

@@ -10,7 +10,7 @@ from typing import Any
 import gemtrace
 import numpy as np
 import pytest
-from conftest import ROOT
+from conftest import ROOT, Program
 
 CAMERA: gemtrace.table.Camera = {"position": (0.0, -10.0, 10.0), "look_at": (0.0, 0.0, 0.0)}
 STONE: gemtrace.table.Stone = {"shape": "round-brilliant", "width": 6.5, "material": "diamond"}
@@ -265,3 +265,28 @@ def test_devices() -> None:
     assert {"cpu", "reference"} <= {device["backend"] for device in found}
     assert all(set(device) >= {"index", "name", "kind", "memory", "hardware"} for device in found)
     assert gemtrace.load(ROOT / "scenes/brilliant.toml").render(backend="reference", resolution=(4, 4), samples=1).finished
+
+
+def test_a_saved_scene_is_the_same(tmp_path: Path, program: Program) -> None:
+    light = np.random.default_rng(1).random((6, 12, 3), np.float32)
+    scene = gemtrace.Scene(
+        camera=CAMERA,
+        film={"width": 16, "height": 12},
+        environment={"image": light},
+        stones=[{"cut": gemtrace.Cut.shape("step"), "width": 5.0, "material": "diamond"}, {**STONE, "position": (6, 0, 0)}],
+        render={"quality": "draft"},
+    )
+    path = scene.save(tmp_path / "own.toml")
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["own-1.exr", "own-2.obj", "own.toml"]
+    np.testing.assert_allclose(picture(gemtrace.load(path)), picture(scene), atol=1e-3)
+    program("render", path, "--backend", "cpu", "-o", tmp_path / "x.png")
+    # One from a file keeps the names of its files, as full paths.
+    moved = gemtrace.load(ROOT / "scenes/brilliant.toml").replace(film={"width": 16}).save(tmp_path / "moved.toml")
+    np.testing.assert_array_equal(picture(gemtrace.load(moved)), picture(gemtrace.load(ROOT / "scenes/brilliant.toml")))
+    for name, error, words in [
+        ("own.json", gemtrace.InputError, "'.toml'"),
+        ("nowhere/own.toml", gemtrace.OutputError, "no folder"),
+        ("moved.toml", gemtrace.InputError, "is an input"),
+    ]:
+        with pytest.raises(error, match=words):
+            gemtrace.load(moved).save(tmp_path / name)

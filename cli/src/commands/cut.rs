@@ -61,14 +61,7 @@ pub fn run(args: &Args, console: &mut Console) -> Result<Report, Error> {
 }
 
 fn write_mesh(path: Option<&Path>, mesh: &Mesh) -> Result<(), Error> {
-    path.map_or(Ok(()), |path| output::write_text(path, &obj(mesh)).map(|_| ()))
-}
-
-/// The triangles as Wavefront OBJ. Rust prints the shortest digits that bring a coordinate back as it was.
-fn obj(mesh: &Mesh) -> String {
-    let vertices = mesh.positions().iter().map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
-    let faces = mesh.triangles().iter().map(|[a, b, c]| format!("f {} {} {}\n", a + 1, b + 1, c + 1));
-    vertices.chain(faces).collect()
+    path.map_or(Ok(()), |path| output::write_mesh(path, mesh).map(|_| ()))
 }
 
 fn design(

@@ -6,7 +6,8 @@
 //! relative: an environment of 1 under illuminant E is 1 at every wavelength.
 //! Where wavelengths are jittered, a channel is the mean over its cell and is named after the cell's middle.
 
-use super::Picture;
+use super::{Picture, file};
+use crate::Error;
 use exr::meta::attribute::{AttributeValue, Chromaticities};
 use exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Compression, Encoding, FlatSamples, Image, Layer, LayerAttributes,
@@ -14,14 +15,32 @@ use exr::prelude::{
 };
 use serde_json::Value;
 use spectral_core::color::RgbSpace;
+use spectral_core::environment::LatLong;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::path::Path;
 
 /// Encodes a picture: premultiplied RGBA and, if the film keeps them, its spectral planes.
 pub fn encode(picture: &Picture, file: &mut File) -> Result<(), String> {
     let size = Vec2(picture.film.width() as usize, picture.film.height() as usize);
     let mut image = image(size, layer_attributes(picture), channels(picture));
     image.attributes.chromaticities = Some(chromaticities(picture.options.space));
+    finish(&image, file)
+}
+
+/// Writes the texels of a light, linear sRGB, as an OpenEXR file that scenes can name.
+///
+/// # Errors
+/// [`Error::Output`] if it cannot be written.
+pub fn write_light(path: &Path, light: &LatLong) -> Result<u64, Error> {
+    let size = Vec2(light.width() as usize, light.height() as usize);
+    let plane = |c: usize| light.texels().iter().map(|texel| texel[c]).collect();
+    let channels = ["R", "G", "B"].into_iter().enumerate().map(|(c, name)| channel(name, plane(c)));
+    let image = image(size, LayerAttributes::default(), channels);
+    file::write(path, |file| finish(&image, file))
+}
+
+fn finish(image: &Image<Layer<AnyChannels<FlatSamples>>>, file: &mut File) -> Result<(), String> {
     image.write().to_unbuffered(&mut *file).map_err(|e| match e {
         exr::error::Error::Io(e) => e.to_string(),
         other => other.to_string(),

@@ -80,11 +80,14 @@ impl Picture {
         }
     }
 
-    /// Writes it in another way from now on; `exposure` then holds that of the scene file, too.
+    /// Writes it in another way from now on. `exposure` is all of it, the scene file's included; `tone`, where none is given, stays
+    /// as it is.
     pub fn set_options(&mut self, options: Options) {
-        self.options = options;
+        let tone = options.tone.or(self.options.tone).unwrap_or_default();
+        self.options = Options { tone: Some(tone), ..options };
         let provenance = self.provenance.clone().with("space", options.space.name().into());
-        self.provenance = provenance.with("exposure", options.exposure.into());
+        self.provenance =
+            provenance.with("exposure", options.exposure.into()).with("tone", tone.name().into());
     }
 
     /// Writes a PNG or an EXR, as the extension of the name says. Returns its size in bytes.

@@ -76,6 +76,11 @@ impl Made {
         Made(Asset { file, changed: None, decoded: Arc::new(made), warnings })
     }
 
+    /// What it is, if that is a `T`.
+    pub fn contents<T: Any + Send + Sync>(&self) -> Option<Arc<T>> {
+        Arc::clone(&self.0.decoded).downcast().ok()
+    }
+
     /// Its name in scenes: the same for the same contents.
     pub fn name(&self) -> String {
         self.0.file.path.display().to_string()
