@@ -144,10 +144,11 @@ def relocate(document: Document, files: Mapping[str, str], folder: Path) -> None
         return files.get(name) or os.fspath(folder / name)
 
     for stone in document.get("stone", []):
-        for key in ("cut", "mesh"):
-            if key in stone:
-                # What was made is written as a mesh.
-                stone["mesh" if stone[key] in files else key] = named(stone.pop(key))
+        # What was made is written as a mesh.
+        for key in ("mesh", "cut"):
+            name = stone.pop(key, None)
+            if name is not None:
+                stone["mesh" if name in files else key] = named(name)
     environment = document.get("environment", {})
     if "image" in environment:
         environment["image"] = named(environment["image"])

@@ -25,10 +25,14 @@ class LiveView:
 
     def __init__(self, scene: Scene, backend: str, height: int, output: str | os.PathLike[str]) -> None:
         """Not for callers: use :func:`view`, whose arguments these are, in pixels, with its errors."""
-        self._folder: tempfile.TemporaryDirectory[str] | None = tempfile.TemporaryDirectory(prefix="gemtrace-")
         stem = "scene" if scene.path is None else scene.path.stem
-        path = scene.save(Path(self._folder.name) / f"{stem}.toml")
-        self._live = _gemtrace.Live(os.fspath(path), backend, os.path.abspath(os.fspath(output)))
+        self._folder: tempfile.TemporaryDirectory[str] | None = tempfile.TemporaryDirectory(prefix="gemtrace-")
+        try:
+            path = scene.save(Path(self._folder.name) / f"{stem}.toml")
+            self._live = _gemtrace.Live(os.fspath(path), backend, os.path.abspath(os.fspath(output)))
+        except BaseException:
+            self._folder.cleanup()
+            raise
         self._height = height
         self._frame: Frame | None = None
 

@@ -277,7 +277,7 @@ def test_a_saved_scene_is_the_same(tmp_path: Path, program: Program) -> None:
         render={"quality": "draft"},
     )
     path = scene.save(tmp_path / "own.toml")
-    assert sorted(file.name for file in tmp_path.iterdir()) == ["own-1.exr", "own-2.obj", "own.toml"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["own-1.obj", "own-2.exr", "own.toml"]
     np.testing.assert_allclose(picture(gemtrace.load(path)), picture(scene), atol=1e-3)
     program("render", path, "--backend", "cpu", "-o", tmp_path / "x.png")
     # One from a file keeps the names of its files, as full paths.
