@@ -6,11 +6,11 @@
 //! and wavelengths, and the parts that are cut off wait until sixteen of them are a packet. What a lane computes does not
 //! depend on its neighbours, and sums are in fixed point, so the picture does not depend on who travels with whom.
 
-mod entry;
-mod flight;
-mod line;
-mod packet;
-mod part;
+pub(crate) mod entry;
+pub(crate) mod flight;
+pub(crate) mod line;
+pub(crate) mod packet;
+pub(crate) mod part;
 
 use crate::{
     account::Account,
@@ -93,7 +93,7 @@ impl Beams<'_> {
     #[inline(always)]
     fn follow<V: Lanes, T: Stored<V>>(self) -> bool {
         let BeamTracer { chain, light, silhouette, scene, .. } = self.tracer;
-        let limits = silhouette.limits(scene.settings.threshold);
+        let limits = silhouette.limits(&scene.settings);
         let mut flight = Flight::<V, T>::new(chain, light, limits, self.lines, self.sums, self.account);
         let mut arrivals = Arrivals::new(self.entries, self.lines);
         loop {

@@ -7,6 +7,7 @@
 mod biaxial;
 mod boundary;
 mod exact;
+mod turning;
 mod uniaxial;
 
 use crate::{medium::Medium, throughput::Polarized};

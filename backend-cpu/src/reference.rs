@@ -37,7 +37,8 @@ pub(crate) fn open(device: &DeviceInfo, options: &OpenOptions) -> Result<Box<dyn
     Ok(Box::new(move |scene: Arc<PreparedScene>| {
         let surfaces = Surfaces::new(&scene.geometry);
         let (device, workers) = (device.clone(), schedule::workers(&options)?);
-        let facets = scene.lone_convex_stone().map(|stone| Facets::new(&scene.geometry, stone));
+        let lone = scene.lone_convex_stone().or_else(|| scene.lone_convex_crystal());
+        let facets = lone.map(|stone| Facets::new(&scene.geometry, stone));
         Ok(Box::new(Reference { device, scene, surfaces, facets, options, workers }) as Box<dyn Tracer>)
     }))
 }
@@ -46,7 +47,7 @@ struct Reference {
     device: DeviceInfo,
     scene: Arc<PreparedScene>,
     surfaces: Surfaces,
-    /// Of a lone convex stone.
+    /// Of a lone convex stone or crystal.
     facets: Option<Facets>,
     options: OpenOptions,
     workers: Option<ThreadPool>,

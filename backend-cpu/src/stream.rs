@@ -8,6 +8,8 @@
 //!
 //! What a ray does depends on itself alone, and radiances are summed in fixed point (`sums`): how rays are packed does not show.
 
+pub(crate) mod area;
+mod beams;
 mod event;
 mod lines;
 mod rays;
@@ -143,7 +145,8 @@ impl Task for Paths<'_> {
         let StreamTracer { stream, scene, light } = self.tracer;
         let behind = scene.background != Background::Transparent;
         let Paths { arrivals, lines, stop, .. } = self;
-        let mut events = Events::<V>::new(stream, light, lines, self.sums, self.account);
+        let limits = [stream.threshold, stream.split];
+        let mut events = Events::<V>::new(stream, light, lines, limits, self.sums, self.account);
         let pixels = arrivals.chunks_exact(lines.samples()).enumerate();
         let mut packets = pixels
             .filter(|(_, arrivals)| behind || arrivals.iter().any(|arrival| arrival.covered))

@@ -5,7 +5,7 @@ use crate::{
     chain::{Chain, ChainTracer},
     environment::Light,
     schedule,
-    stream::{Stream, StreamTracer},
+    stream::{Stream, StreamTracer, area::AreaTracer},
     sums,
     surface::Surfaces,
     tree::{Tree, TreeTracer},
@@ -121,8 +121,13 @@ impl Tracer for CpuTracer {
                 }
             }
             Path::Stream(stream) => {
-                let tracer = StreamTracer { stream, scene, light };
-                schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                if let Some(silhouette) = &scene.silhouette {
+                    let tracer = AreaTracer { silhouette, stream, scene, light };
+                    schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                } else {
+                    let tracer = StreamTracer { stream, scene, light };
+                    schedule::trace(&tracer, scene, options, workers, samples, film, progress)
+                }
             }
             Path::Tree(tree) => {
                 let tracer = TreeTracer { tree, scene, light };

@@ -11,15 +11,18 @@
 //!
 //! * [`Silhouette`]: the facets that are seen, and the [`Piece`]s of a pixel that they cover.
 //! * [`Pencil`]: how a beam's rays travel, are reflected and refracted.
+//! * [`Vectors`]: in a crystal, the wave vectors that go with the rays of a mode.
 //! * [`Polygon`]: how its area is split.
 
 mod pencil;
 mod polygon;
 mod silhouette;
+mod vectors;
 
 pub use pencil::{Line, Pencil};
 pub use polygon::Polygon;
 pub use silhouette::{Piece, Silhouette, Uncovered};
+pub use vectors::Vectors;
 
 /// When beams are no longer split, and when they are ended: where throughput × share of the pixel falls below these.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,6 +31,8 @@ pub struct Limits {
     pub split: f64,
     /// A beam that carries less is ended, and reported as dropped below the threshold.
     pub end: f64,
+    /// In a crystal, of two modes of which one carries less than this, one is followed for both.
+    pub choice: f64,
 }
 
 /// The smallest part of a polygon that is followed by itself, in pixels: rounding makes smaller ones.

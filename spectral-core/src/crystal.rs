@@ -15,6 +15,7 @@
 //! | what the surface sends on, in amplitudes of power | [`Incidence`] |
 //! | weights of a path that is followed backwards | [`into_mode`], [`from_mode`], [`reflected`] |
 //! | how light fades along its ray | [`Crystal::absorption`] |
+//! | how its ray turns with its wave vector | [`Crystal::ray_by`] |
 //!
 //! Phase matching takes the real permittivity; absorption acts along the ray. It is exact as long as a wavelength absorbs
 //! little, as in every gem.
@@ -57,6 +58,7 @@
 mod biaxial;
 mod boundary;
 mod polynomial;
+mod sheet;
 mod uniaxial;
 mod vector;
 mod wave;

@@ -150,6 +150,13 @@ pub fn power(event: u32) -> u32 {
     product
 }
 
+/// By what the part of a beam chooses that is cut off at a facet's side of this number, in place of `order`·aᵉ: parts of a beam have
+/// different choices, a golden section of all apart, whatever else has been cut off.
+pub fn part(place: u32, side: usize) -> u32 {
+    const STEP: usize = 36_494;
+    (place + ((side + 1) * STEP % CHOICES as usize) as u32) % CHOICES
+}
+
 /// The [`choice`] of which these are the parts, for those who keep them.
 pub fn chosen(order: u32, power: u32) -> f64 {
     let place = order * power % CHOICES + SHIFT;

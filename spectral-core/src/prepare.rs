@@ -127,7 +127,7 @@ impl PreparedScene {
         let eye_nest = view.eye().map_or(Nest::default(), |eye| geometry.nest_at(eye));
         let close_up = geometry.is_close(&view);
         let wanted = settings.coverage != Coverage::Points;
-        let lone = wanted.then(|| geometry.lone_convex(eye_nest).filter(|stone| !stone.crystal)).flatten();
+        let lone = wanted.then(|| geometry.lone_convex(eye_nest)).flatten();
         let silhouette = lone.and_then(|stone| Silhouette::of(&geometry, stone, &view)).map(Arc::new);
         let asked = settings;
         let settings = &match silhouette {
@@ -138,7 +138,7 @@ impl PreparedScene {
         let mut warnings = optics.warnings.clone();
         if asked.coverage == Coverage::Area && silhouette.is_none() {
             warnings.push(Warning::new(
-                "coverage = \"area\" needs one convex stone of one index, all of it before the camera and nothing beside it: \
+                "coverage = \"area\" needs one convex stone, all of it before the camera and nothing beside it: \
                  this scene is rendered from points",
             ));
         }

@@ -153,7 +153,7 @@ fn scene(stones: Vec<Stone>) -> Scene {
 fn settings() -> Result<RenderSettings, Error> {
     Ok(RenderSettings {
         coverage: Coverage::Points,
-        area: Area { offsets: 1, tolerance: 0.0 },
+        area: Area { offsets: 1, tolerance: 0.0, split: 0.0 },
         samples: 1,
         tolerance: 0.0,
         wavelengths: WavelengthGrid::list(vec![460.0, 550.0, 640.0])?,

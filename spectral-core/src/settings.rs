@@ -48,7 +48,7 @@ fn by_name<T: Copy, const N: usize>(
 
 /// What a pixel's samples are.
 ///
-/// Areas are for one convex stone of one index, seen from outside as a whole. Their error falls with the square of the number of
+/// Areas are for one convex stone, seen from outside as a whole. Their error falls with the square of the number of
 /// samples, that of points with its ⅔ power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coverage {
@@ -91,6 +91,8 @@ pub struct Area {
     pub offsets: u32,
     /// As [`RenderSettings::tolerance`], for blocks of 2 × 2 pixels.
     pub tolerance: f64,
+    /// As [`RenderSettings::split`], but here the weight is throughput × share of the pixel.
+    pub split: f64,
 }
 
 /// How much work a picture takes: settings chosen together, for [`RenderSettings::at`].
@@ -136,10 +138,10 @@ impl Quality {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct RenderSettings {
-    /// What samples are. In a prepared scene it is what they are there, and `samples` and `tolerance` are those of `area`
+    /// What samples are. In a prepared scene it is what they are there, and `samples`, `tolerance` and `split` are those of `area`
     /// where it is areas.
     pub coverage: Coverage,
-    /// What takes the place of `samples` and `tolerance` where samples are areas.
+    /// What takes the place of `samples`, `tolerance` and `split` where samples are areas.
     pub area: Area,
     /// Samples a pixel; where there is a `tolerance`, the most. They lie in the pixel as [`offset`](Self::offset) says.
     pub samples: u32,
@@ -200,7 +202,8 @@ impl RenderSettings {
             Quality::Normal => (Coverage::Auto, 27, 4.5),
             Quality::Final => (Coverage::Auto, 81, 1.0),
         };
-        let area = Area { offsets, tolerance: change };
+        // Of areas few samples choose, but many beams. To follow more of them costs little: most of the work is for heavy ones.
+        let area = Area { offsets, tolerance: change, split: 20.0 * threshold };
         let kept = self.spectral || !self.wavelengths.can_jitter();
         let wavelengths = if kept { self.wavelengths.clone() } else { self.wavelengths.with_count(count) };
         let chosen = RenderSettings { samples, tolerance, coverage, area, ..self.clone() };
@@ -212,7 +215,7 @@ impl RenderSettings {
     #[must_use]
     pub fn with_samples(&self, samples: u32) -> Self {
         let coverage = if self.coverage == Coverage::Area { Coverage::Area } else { Coverage::Points };
-        let area = Area { offsets: samples, tolerance: 0.0 };
+        let area = Area { offsets: samples, tolerance: 0.0, ..self.area };
         RenderSettings { samples, tolerance: 0.0, coverage, area, ..self.clone() }
     }
 
@@ -222,13 +225,19 @@ impl RenderSettings {
         RenderSettings { tolerance, area: Area { tolerance, ..self.area }, ..self.clone() }
     }
 
-    /// These settings for a scene whose samples are areas: `samples` and `tolerance` are those of `area`. If wavelengths do
-    /// not move, one sample is all.
+    /// These settings with a weight of modes, for points and areas alike.
+    #[must_use]
+    pub fn with_split(&self, split: f64) -> Self {
+        RenderSettings { split, area: Area { split, ..self.area }, ..self.clone() }
+    }
+
+    /// These settings for a scene whose samples are areas: `samples`, `tolerance` and `split` are those of `area`. If wavelengths
+    /// do not move, one sample is all.
     pub(crate) fn of_area(&self) -> Self {
-        let Area { offsets, tolerance } = self.area;
+        let Area { offsets, tolerance, split } = self.area;
         let moves = self.jitter && self.wavelengths.can_jitter();
         let (samples, tolerance) = if moves { (offsets, tolerance) } else { (1, 0.0) };
-        RenderSettings { coverage: Coverage::Area, samples, tolerance, ..self.clone() }
+        RenderSettings { coverage: Coverage::Area, samples, tolerance, split, ..self.clone() }
     }
 
     /// Edge of the blocks of pixels that are [settled](crate::film::Film::settle) together. All points of one pixel may miss a
@@ -290,7 +299,8 @@ impl RenderSettings {
                 return Err(Error::value("tolerance", tolerance, expected));
             }
         }
-        for (what, value) in [("threshold", self.threshold), ("split", self.split)] {
+        let throughputs = [("threshold", self.threshold), ("split", self.split), ("split", self.area.split)];
+        for (what, value) in throughputs {
             if !(0.0..1.0).contains(&value) {
                 return Err(Error::value(what, value, "a throughput from 0 up to, not including, 1"));
             }
@@ -304,7 +314,7 @@ impl Default for RenderSettings {
     fn default() -> Self {
         let any = RenderSettings {
             coverage: Coverage::Auto,
-            area: Area { offsets: 1, tolerance: 0.0 },
+            area: Area { offsets: 1, tolerance: 0.0, split: 0.0 },
             samples: 1,
             tolerance: 0.0,
             wavelengths: WavelengthGrid::default(),

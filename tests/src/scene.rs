@@ -112,7 +112,7 @@ pub fn material(name: &str) -> Material {
 pub fn settings(nm: &[f64]) -> RenderSettings {
     RenderSettings {
         coverage: Coverage::Points,
-        area: Area { offsets: 1, tolerance: 0.0 },
+        area: Area { offsets: 1, tolerance: 0.0, split: 0.0 },
         samples: 1,
         tolerance: 0.0,
         wavelengths: WavelengthGrid::list(nm.to_vec()).expect("ascending wavelengths"),

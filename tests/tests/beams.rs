@@ -12,7 +12,8 @@ fn ways() -> impl Iterator<Item = Backend> {
 }
 
 fn areas(settings: RenderSettings, samples: u32) -> RenderSettings {
-    RenderSettings { coverage: Coverage::Area, ..settings }.with_samples(samples)
+    let split = 20.0 * settings.threshold;
+    RenderSettings { coverage: Coverage::Area, ..settings }.with_split(split).with_samples(samples)
 }
 
 /// A stone under an eye and in parallel rays, so large that some of it is outside of the picture, and within one pixel.
@@ -21,12 +22,27 @@ fn cameras() -> [Camera; 4] {
     [eye(from, 22.0), parallel(from, 8.0), eye(from, 9.0), eye(from, 140.0)]
 }
 
-fn gems() -> [(&'static str, Stone); 3] {
+fn gems() -> [(&'static str, Stone); 5] {
     [
         ("brilliant", gem("round-brilliant", glass(2.417))),
         ("step cut", gem("step", glass(1.57))),
         ("Portuguese cut", gem("portuguese", glass(1.77))),
+        ("zircon", zircon()),
+        ("peridot", peridot()),
     ]
+}
+
+fn zircon() -> Stone {
+    lying(gem("round-brilliant", crystal(&[1.925, 1.984])), [0.5, 0.3, 0.8])
+}
+
+/// Biaxial.
+fn peridot() -> Stone {
+    lying(gem("step", crystal(&[1.654, 1.671, 1.689])), [0.2, -0.7, 0.5])
+}
+
+fn tourmaline() -> Stone {
+    lying(gem("step", pleochroic(&[1.644, 1.624], &[0.3, 0.1])), [0.0, 1.0, 0.3])
 }
 
 #[test]
@@ -92,6 +108,8 @@ fn areas_have_the_colours_of_many_points() {
             ("brilliant", gem("round-brilliant", glass(2.417)), false),
             ("step cut", gem("step", tinted(1.57, 0.3)), true),
             ("Portuguese cut", gem("portuguese", tinted(1.77, 0.05)), true),
+            ("tourmaline", tourmaline(), true),
+            ("peridot", peridot(), true),
         ] {
             for (camera, limit) in
                 [(eye(DVec3::new(4.0, -12.0, 22.0), 2.0), 0.01), (parallel(DVec3::Z * 30.0, 8.0), 0.04)]
@@ -99,7 +117,7 @@ fn areas_have_the_colours_of_many_points() {
                 let world = scene(camera, SIZE, light(), vec![stone.clone()]);
                 let settings =
                     RenderSettings { polarized, threshold: 1e-4, ..settings(&[450.0, 550.0, 650.0]) };
-                let points = render(&CPU, &world, &settings.with_samples(36 * 36));
+                let points = render(&CPU, &world, &settings.with_split(0.1).with_samples(36 * 36));
                 let found = render(&backend, &world, &areas(settings, 1));
                 let apart = apart(&points.film, &found.film, 950);
                 println!("{}, {name}, polarised: {polarized}: {apart:.4}", backend.name);
@@ -115,6 +133,9 @@ fn single_precision_agrees_with_double() {
         ("brilliant", gem("round-brilliant", glass(2.417)), true),
         ("brilliant", gem("round-brilliant", glass(2.417)), false),
         ("step cut", gem("step", tinted(1.57, 0.3)), true),
+        ("zircon", zircon(), true),
+        ("tourmaline", tourmaline(), true),
+        ("peridot", peridot(), true),
     ] {
         for camera in [eye(DVec3::new(4.0, -12.0, 22.0), 22.0), parallel(DVec3::new(3.0, 5.0, 30.0), 2.0)] {
             let world = scene(camera, 2 * SIZE, Environment::image(LatLong::studio()), vec![stone.clone()]);
@@ -153,8 +174,10 @@ fn finer_pixels_add_up_to_coarse_ones() {
 
 #[test]
 fn the_same_bits_however_the_work_is_divided() {
-    for backend in ways() {
-        let world = scene(cameras()[0].clone(), SIZE, furnace(), vec![gem("step", material("ruby"))]);
+    for (backend, stone) in
+        ways().flat_map(|way| [gem("step", material("ruby")), zircon()].map(|stone| (way.clone(), stone)))
+    {
+        let world = scene(cameras()[0].clone(), SIZE, furnace(), vec![stone]);
         let base = RenderSettings {
             spectral: true,
             threshold: 1e-2,

@@ -49,7 +49,7 @@ struct Beside {
 }
 
 /// All that is seen in a tile.
-pub(super) struct Entries {
+pub(crate) struct Entries {
     /// By facet.
     entries: Vec<Entry>,
     /// By pixel.
@@ -158,7 +158,7 @@ fn together(lines: usize) -> usize {
 }
 
 /// Sixteen spectral lines of entries, a lane each.
-pub(super) struct Arrivals<'a> {
+pub(crate) struct Arrivals<'a> {
     entries: &'a [Entry],
     lines: &'a [Line],
     /// Entries that share packets.

@@ -4,7 +4,7 @@ use super::{
     entry::Arrivals,
     line::Line,
     packet::{Meeting, Packet},
-    part::{Met, Part},
+    part::{self, Met, Part},
 };
 use crate::{
     account::{Account, Fate},
@@ -287,17 +287,17 @@ impl<'a, V: Lanes, T: Stored<V>> Flight<'a, V, T> {
 }
 
 /// What a cut reads and writes of a meeting, in memory.
-struct Place {
+pub(crate) struct Place {
     point: [Row; 3],
     by: [[Row; 3]; 2],
     cosine: Row,
     distance: Row,
-    facet: Row,
+    pub facet: Row,
 }
 
 impl Place {
     #[inline(always)]
-    fn of<V: Lanes>(met: &Meeting<V>, by: &[Triple<V>; 2]) -> Self {
+    pub fn of<V: Lanes>(met: &Meeting<V>, by: &[Triple<V>; 2]) -> Self {
         Place {
             point: met.exit.point.stored(),
             by: [by[0].stored(), by[1].stored()],
@@ -308,13 +308,13 @@ impl Place {
     }
 
     #[inline(always)]
-    fn to<V: Lanes>(&self, met: &mut Meeting<V>) -> [Triple<V>; 2] {
+    pub fn to<V: Lanes>(&self, met: &mut Meeting<V>) -> [Triple<V>; 2] {
         met.exit.point = Triple::load(&self.point);
         (met.exit.cosine, met.exit.distance) = (V::load(&self.cosine), V::load(&self.distance));
         [Triple::load(&self.by[0]), Triple::load(&self.by[1])]
     }
 
-    fn met(&self, lane: usize) -> Met {
+    pub fn met(&self, lane: usize) -> Met {
         let vector = |rows: &[Row; 3]| glam::Vec3A::new(rows[0].0[lane], rows[1].0[lane], rows[2].0[lane]);
         Met {
             point: vector(&self.point),
@@ -324,7 +324,7 @@ impl Place {
         }
     }
 
-    fn set(&mut self, lane: usize, met: &Met) {
+    pub fn set(&mut self, lane: usize, met: &Met) {
         put(&mut self.point, lane, met.point.to_array());
         for axis in 0..2 {
             put(&mut self.by[axis], lane, met.by[axis].to_array());
@@ -338,7 +338,7 @@ impl Place {
 fn cut(planes: &Planes, packet: &mut Packet, lane: usize, place: &mut Place, waiting: &mut Vec<Part>) {
     let facet = place.facet.0[lane] as usize;
     let mut part = packet.part(lane);
-    if !part.cut(planes, facet, &place.met(lane), waiting) {
+    if !part::cut(&mut part, planes, facet, &place.met(lane), waiting) {
         return;
     }
     packet.set_pencil(lane, &part.pencil);

@@ -5,7 +5,7 @@ use spectral_core::upsample::BASES;
 
 /// A spectral line of a pixel's samples, with the optics of the stone and of the light at its wavelength.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Line {
+pub(crate) struct Line {
     /// Index of refraction n, n² and 1 − n²; absorption to base 2, 1/mm.
     pub medium: [f32; 4],
     /// As `Medium` has it, of 1/n.

@@ -135,7 +135,7 @@ fn vector(rows: &[Row; 3], lane: usize) -> glam::Vec3A {
 
 /// Where rays meet the stone's surface from inside.
 #[derive(Clone, Copy)]
-pub(super) struct Meeting<V> {
+pub(crate) struct Meeting<V> {
     pub exit: Exit<V>,
     /// The facet's number.
     pub facet: V,
@@ -148,6 +148,29 @@ impl<V: Lanes> Meeting<V> {
     #[inline(always)]
     pub fn nowhere() -> Self {
         Meeting { exit: Exit::nowhere(), facet: V::splat(0.0), inside: V::splat(0.0) }
+    }
+
+    /// Where rays meet the plane of a facet, and as bits which of them do so well inside its polygon.
+    #[inline(always)]
+    pub fn of(planes: &Planes, facet: u16, origin: &[Row; 3], direction: &[Row; 3]) -> (Self, u16) {
+        let (origin, direction) = (Triple::<V>::load(origin), Triple::load(direction));
+        let (exit, beyond) = planes.meet(origin, direction, usize::from(facet));
+        // Where rays are far apart, a centroid's may begin outside of the stone: at several facets at once, or so far away that
+        // the margin does not cover its rounding. Only a search of its own decides then.
+        let (zero, radius) = (V::splat(0.0), planes.radius());
+        let near =
+            origin.dot(origin).lt(V::splat(radius * radius)) & exit.distance.lt(V::splat(2.0 * radius));
+        let inside = planes.well_inside(exit.cosine, beyond) & (near & zero.lt(exit.distance)).bits();
+        (Meeting { exit, facet: V::splat(f32::from(facet)), inside: -beyond }, inside)
+    }
+
+    /// Copies the lanes whose bit is set; returns them.
+    #[inline(always)]
+    pub fn accept(&mut self, other: &Self, lanes: u16) -> u16 {
+        let mask = V::Mask::from_bits(lanes);
+        self.facet = V::select(mask, other.facet, self.facet);
+        self.inside = V::select(mask, other.inside, self.inside);
+        self.exit.accept(&other.exit, lanes)
     }
 }
 
@@ -167,23 +190,12 @@ impl<V: Lanes> Travellers<V> for Packet {
 
     #[inline(always)]
     fn verify(&self, planes: &Planes, facet: u16) -> (Meeting<V>, u16) {
-        let (origin, direction) = (Triple::<V>::load(&self.origin), Triple::load(&self.direction));
-        let (exit, beyond) = planes.meet(origin, direction, usize::from(facet));
-        // Where rays are far apart, a centroid's may begin outside of the stone: at several facets at once, or so far away that
-        // the margin does not cover its rounding. Only a search of its own decides then.
-        let (zero, radius) = (V::splat(0.0), planes.radius());
-        let near =
-            origin.dot(origin).lt(V::splat(radius * radius)) & exit.distance.lt(V::splat(2.0 * radius));
-        let inside = planes.well_inside(exit.cosine, beyond) & (near & zero.lt(exit.distance)).bits();
-        (Meeting { exit, facet: V::splat(f32::from(facet)), inside: -beyond }, inside)
+        Meeting::of(planes, facet, &self.origin, &self.direction)
     }
 
     #[inline(always)]
     fn accept(met: &mut Meeting<V>, other: &Meeting<V>, lanes: u16) -> u16 {
-        let mask = V::Mask::from_bits(lanes);
-        met.facet = V::select(mask, other.facet, met.facet);
-        met.inside = V::select(mask, other.inside, met.inside);
-        met.exit.accept(&other.exit, lanes)
+        met.accept(other, lanes)
     }
 }
 
@@ -200,20 +212,30 @@ impl Packet {
         }
     }
 
-    /// The derivative of the meeting point by u or v: ∂p + t ∂d + ∂t d with ∂t = −n·(∂p + t ∂d)/(n·d).
+    /// The derivative of the meeting point by u or v.
     #[inline(always)]
     pub fn met_by<V: Lanes>(&self, axis: usize, exit: &Exit<V>) -> Triple<V> {
-        let turn = Triple::<V>::load(&self.direction_by[axis]);
-        let across = turn.fma(exit.distance, Triple::load(&self.origin_by[axis]));
-        let farther = exit.normal.dot(across) / exit.cosine;
-        Triple::load(&self.direction).fnma(farther, across)
+        let [by, turn] = [&self.origin_by[axis], &self.direction_by[axis]].map(Triple::load);
+        met_by([by, turn], Triple::load(&self.direction), exit)
     }
+}
+
+/// The derivative of a meeting point: ∂p + t ∂d + ∂t d with ∂t = −n·(∂p + t ∂d)/(n·d), of those of origin and direction.
+#[inline(always)]
+pub(crate) fn met_by<V: Lanes>(
+    [by, turn]: [Triple<V>; 2],
+    direction: Triple<V>,
+    exit: &Exit<V>,
+) -> Triple<V> {
+    let across = turn.fma(exit.distance, by);
+    let farther = exit.normal.dot(across) / exit.cosine;
+    direction.fnma(farther, across)
 }
 
 impl Planes {
     /// The lanes of beams whose boxes cross a side of their facets; `by` are the derivatives of the meeting points.
     #[inline(always)]
-    pub(super) fn crossing<V: Lanes>(
+    pub(crate) fn crossing<V: Lanes>(
         &self,
         met: &Meeting<V>,
         by: &[Triple<V>; 2],

@@ -18,7 +18,7 @@ pub(super) struct Part {
 
 /// The rays of a beam, linear in u and v: the twin of `spectral_core::beam::Pencil`.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Pencil {
+pub(crate) struct Pencil {
     pub origin: Vec3A,
     pub direction: Vec3A,
     pub origin_by: [Vec3A; 2],
@@ -31,7 +31,7 @@ const GRAZING: f32 = 1e-6;
 
 /// Where a pencil meets a plane.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Met {
+pub(crate) struct Met {
     pub point: Vec3A,
     pub by: [Vec3A; 2],
     pub cosine: f32,
@@ -62,55 +62,83 @@ impl Pencil {
     }
 }
 
+/// A beam that may be cut.
+pub(crate) trait Divisible: Copy {
+    fn polygon(&mut self) -> &mut Polygon;
+    /// Keeps a share of what it carries, that beyond a side of the facet; returns the rest.
+    fn divided(&mut self, share: f32, side: usize) -> Self;
+    /// Makes it one about the centroid of its polygon.
+    fn recentre(&mut self, centroid: [f64; 2]);
+}
+
+/// Cuts off what meets the plane of a facet beyond one of its sides, and lets it wait; `met` is where the pencil meets the
+/// plane. False if there is none; else what is left is about its own centroid.
+pub(crate) fn cut<B: Divisible>(
+    beam: &mut B,
+    planes: &Planes,
+    facet: usize,
+    met: &Met,
+    waiting: &mut Vec<B>,
+) -> bool {
+    let whole = waiting.len();
+    let (.., sides) = planes.facet(facet);
+    for (number, side) in sides.as_flattened().iter().enumerate() {
+        let normal = Vec3A::from(side.normal);
+        let at = f64::from(normal.dot(met.point) - (side.offset + planes.margin()));
+        let by = met.by.map(|by| f64::from(normal.dot(by)));
+        cut_along(beam, number, (at, by), waiting);
+    }
+    let cut = waiting.len() > whole;
+    if cut {
+        let centroid = beam.polygon().centroid();
+        beam.recentre(centroid);
+    }
+    cut
+}
+
+/// Cuts along the line where `at` + u·by₀ + v·by₁ is 0, which is a side of the facet.
+fn cut_along<B: Divisible>(beam: &mut B, side: usize, (at, by): (f64, [f64; 2]), waiting: &mut Vec<B>) {
+    let value = |[u, v]: [f64; 2]| at + u * by[0] + v * by[1];
+    let least = LEAST_DISTANCE * (by[0].abs() + by[1].abs());
+    // Not finite where rays are so far apart that they are no longer known.
+    if !least.is_finite() || beam.polygon().vertices().iter().all(|&vertex| value(vertex) <= least) {
+        return;
+    }
+    let (mut inside, mut outside) = (*beam.polygon(), Polygon::EMPTY);
+    inside.cut_off(value, &mut outside);
+    let [(within, _), (beyond, centroid)] = [inside.moments(), outside.moments()];
+    // Less is rounding at an edge.
+    if within < LEAST_AREA || beyond < LEAST_AREA {
+        return;
+    }
+    let share = (beyond / (within + beyond)) as f32;
+    let rest = beam.divided(share, side);
+    let mut part = std::mem::replace(beam, rest);
+    *part.polygon() = outside;
+    part.recentre(centroid);
+    waiting.push(part);
+    *beam.polygon() = inside;
+}
+
 impl Part {
-    /// Cuts off what meets the plane of a facet beyond one of its sides, and lets it wait; `met` is where the pencil meets
-    /// the plane. False if there is none; else what is left is about its own centroid.
-    pub fn cut(&mut self, planes: &Planes, facet: usize, met: &Met, waiting: &mut Vec<Part>) -> bool {
-        let whole = waiting.len();
-        let (.., sides) = planes.facet(facet);
-        for side in sides.as_flattened() {
-            let normal = Vec3A::from(side.normal);
-            let at = f64::from(normal.dot(met.point) - (side.offset + planes.margin()));
-            let by = met.by.map(|by| f64::from(normal.dot(by)));
-            self.cut_along(at, by, waiting);
-        }
-        let cut = waiting.len() > whole;
-        if cut {
-            self.recentre(self.polygon.centroid());
-        }
-        cut
-    }
-
-    /// Cuts along the line where `at` + u·by₀ + v·by₁ is 0.
-    fn cut_along(&mut self, at: f64, by: [f64; 2], waiting: &mut Vec<Part>) {
-        let value = |[u, v]: [f64; 2]| at + u * by[0] + v * by[1];
-        let least = LEAST_DISTANCE * (by[0].abs() + by[1].abs());
-        // Not finite where rays are so far apart that they are no longer known.
-        if !least.is_finite() || self.polygon.vertices().iter().all(|&vertex| value(vertex) <= least) {
-            return;
-        }
-        let (mut inside, mut outside) = (self.polygon, Polygon::EMPTY);
-        inside.cut_off(value, &mut outside);
-        let [(within, _), (beyond, centroid)] = [inside.moments(), outside.moments()];
-        // Less is rounding at an edge.
-        if within < LEAST_AREA || beyond < LEAST_AREA {
-            return;
-        }
-        let share = (beyond / (within + beyond)) as f32;
-        let throughput = self.share(share);
-        let mut part = Part { polygon: outside, throughput, ..*self };
-        part.recentre(centroid);
-        waiting.push(part);
-        (self.polygon, self.throughput) = (inside, self.share(1.0 - share));
-    }
-
     /// A share of the throughput.
     fn share(&self, share: f32) -> [f32; 7] {
         let [i, q, u, v, x, y, z] = self.throughput;
         [i * share, q * share, u * share, v * share, x, y, z]
     }
+}
 
-    /// The same beam about the centroid of its polygon.
+impl Divisible for Part {
+    fn polygon(&mut self) -> &mut Polygon {
+        &mut self.polygon
+    }
+
+    fn divided(&mut self, share: f32, _: usize) -> Self {
+        let rest = Part { throughput: self.share(1.0 - share), ..*self };
+        self.throughput = self.share(share);
+        rest
+    }
+
     fn recentre(&mut self, centroid: [f64; 2]) {
         self.pencil = self.pencil.about(centroid);
         self.polygon.shift([-centroid[0], -centroid[1]]);

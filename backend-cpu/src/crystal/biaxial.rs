@@ -183,7 +183,7 @@ impl Biaxial {
 
 /// An optic axis.
 #[inline(always)]
-fn optic<V: Lanes>(figures: &Figures, i: usize) -> Triple<V> {
+pub(super) fn optic<V: Lanes>(figures: &Figures, i: usize) -> Triple<V> {
     let [x, y, z] = [3, 4, 5].map(|k| &figures[k + 3 * i]);
     Triple { x: V::load(x), y: V::load(y), z: V::load(z) }
 }

@@ -8,7 +8,7 @@ use spectral_core::{crystal as core, stokes::any_axis};
 #[derive(Debug, Clone)]
 pub(super) struct Uniaxial {
     /// c, and a vector across it.
-    axis: [f32; 3],
+    pub(super) axis: [f32; 3],
     across: [f32; 3],
 }
 

@@ -1,4 +1,6 @@
-//! Areas of pixels on one convex stone, straight from the equations of [`spectral_core::beam`].
+//! Areas of pixels on one convex stone or crystal, straight from the equations of [`spectral_core::beam`].
+
+mod crystal;
 
 use super::{Light, Ray, Reference, Walk, refracted, surface::Crossing};
 use crate::{
@@ -7,8 +9,9 @@ use crate::{
 };
 use glam::DVec3;
 use spectral_core::{
-    beam::{LEAST_AREA, LEAST_DISTANCE, Limits, Pencil, Piece, Polygon, Silhouette},
+    beam::{LEAST_AREA, LEAST_DISTANCE, Limits, Pencil, Piece, Polygon, Silhouette, Vectors},
     film::Tile,
+    lattice,
     prepare::{FacetPlane, Geometry, Medium, Nest, PreparedScene, PreparedStone},
     stokes::{StokesRow, any_axis},
     tracer::Energy,
@@ -50,24 +53,49 @@ struct Beam {
     /// About its centroid.
     polygon: Polygon,
     /// Its intensity is throughput × share of the pixel.
-    row: StokesRow<f64>,
-    axis: [f64; 3],
+    carried: Carried,
     depth: u32,
+    /// The place of its next choice of a mode among the lattice's.
+    choice: u32,
+}
+
+/// What a beam carries.
+#[derive(Clone, Copy)]
+enum Carried {
+    /// A row with the first axis of its frame.
+    Row(StokesRow<f64>, [f64; 3]),
+    /// A mode of a crystal, by the sheet that its wave vectors are on.
+    Mode { weight: f64, sheet: usize, vectors: Vectors },
+}
+
+impl Carried {
+    fn intensity(&self) -> f64 {
+        match self {
+            Carried::Row(row, _) => row.intensity(),
+            Carried::Mode { weight, .. } => *weight,
+        }
+    }
 }
 
 impl Beam {
-    /// A part of it.
-    fn part(&self, polygon: &Polygon, share: f64) -> Self {
+    /// A part of it, in this medium.
+    fn part(&self, polygon: &Polygon, share: f64, medium: &Medium) -> Self {
         let centroid = polygon.centroid();
-        let pencil = self.pencil.about(centroid);
-        let (axis, along) = (DVec3::from(self.axis), pencil.direction);
-        Beam {
-            polygon: polygon.moved(centroid.map(|c| -c)),
-            row: self.row.scaled(share),
-            axis: (axis - along * along.dot(axis)).normalize().to_array(),
-            pencil,
-            ..*self
-        }
+        let mut pencil = self.pencil.about(centroid);
+        let carried = match (self.carried, &medium.crystal) {
+            (Carried::Mode { weight, sheet, vectors }, Some((crystal, _))) => {
+                let vectors = vectors.about(centroid, crystal, sheet);
+                pencil = pencil.of_mode(crystal, sheet, &vectors);
+                Carried::Mode { weight: weight * share, sheet, vectors }
+            }
+            (Carried::Row(row, axis), _) => {
+                let (axis, along) = (DVec3::from(axis), pencil.direction);
+                let axis = (axis - along * along.dot(axis)).normalize().to_array();
+                Carried::Row(row.scaled(share), axis)
+            }
+            (mode, None) => mode,
+        };
+        Beam { polygon: polygon.moved(centroid.map(|c| -c)), carried, pencil, ..*self }
     }
 }
 
@@ -91,7 +119,7 @@ impl Reference {
         stop: &Stop<'_>,
     ) -> Option<Finished> {
         let scene = &self.scene;
-        let limits = silhouette.limits(scene.settings.threshold);
+        let limits = silhouette.limits(&scene.settings);
         let (mut account, mut radiances, mut covered) = (Account::default(), Vec::<f64>::new(), Vec::new());
         let mut pieces = Vec::new();
         let row = |y| (tile.x..tile.x + tile.width).map(move |x| (x, y));
@@ -141,12 +169,16 @@ impl Follower<'_, '_> {
         let Pencil { origin, direction, .. } = piece.pencil;
         let normal = self.facets.planes[piece.facet].normal;
         let row = StokesRow::eye().scaled(piece.area);
+        if self.medium.crystal.is_some() {
+            return self.enter_crystal(piece, -normal);
+        }
         let event = Medium::AIR.interface(&self.medium, -direction.dot(normal));
         let axis = any_axis(direction.to_array());
         let [back, on] = self.walk.split(direction, (row, axis), normal, &event);
         if let Light::Row { row, axis } = on {
             let pencil = piece.pencil.refracted(normal, 1.0 / self.medium.n, event.cos_t);
-            self.go_on(Beam { pencil, polygon: piece.polygon, row, axis, depth: 1 });
+            let carried = Carried::Row(row, axis);
+            self.go_on(Beam { pencil, polygon: piece.polygon, carried, depth: 1, choice: 0 });
         }
         self.walk.rays += 2;
         self.walk.light(origin, direction.reflect(normal)) * back.intensity()
@@ -154,7 +186,7 @@ impl Follower<'_, '_> {
 
     /// Ends a beam that carries too little.
     fn go_on(&mut self, beam: Beam) {
-        let share = beam.row.intensity();
+        let share = beam.carried.intensity();
         if share < self.limits.end {
             self.walk.energy.dropped_threshold += share;
         } else if share > 0.0 {
@@ -180,14 +212,14 @@ impl Follower<'_, '_> {
 
     /// The part of a beam that meets one facet; the others are listed.
     fn within(&mut self, facet: usize, beam: Beam) -> Beam {
-        if beam.row.intensity() < self.limits.split {
+        if beam.carried.intensity() < self.limits.split {
             return beam;
         }
         let plane = self.facets.planes[facet];
         let there = beam.pencil.at_plane(plane.normal, plane.offset);
         let (whole, mut polygon) = (beam.polygon.area(), beam.polygon);
         let mut left = 1.0;
-        for &side in &self.facets.around[facet] {
+        for (number, &side) in self.facets.around[facet].iter().enumerate() {
             let side = self.facets.planes[side as usize];
             let line = there.before(side.normal, side.offset);
             let most = polygon.vertices().iter().map(|v| line.at(*v)).fold(f64::NEG_INFINITY, f64::max);
@@ -199,10 +231,11 @@ impl Follower<'_, '_> {
                 continue;
             }
             let share = outside.area() / whole;
-            self.pending.push(beam.part(&outside, share));
+            let choice = lattice::part(beam.choice, number);
+            self.pending.push(Beam { choice, ..beam.part(&outside, share, &self.medium) });
             (polygon, left) = (inside, left - share);
         }
-        if left == 1.0 { beam } else { beam.part(&polygon, left) }
+        if left == 1.0 { beam } else { beam.part(&polygon, left, &self.medium) }
     }
 
     /// Where a beam meets a facet from within: lists what is reflected; returns the radiance of what leaves.
@@ -210,15 +243,19 @@ impl Follower<'_, '_> {
         let FacetPlane { normal, offset, .. } = self.facets.planes[facet];
         let distance = beam.pencil.distance(normal, offset).max(0.0);
         let there = beam.pencil.at_plane(normal, offset);
-        let row = beam.row.scaled(self.medium.transmittance(distance));
         let (direction, inward) = (there.direction, -normal);
-        if beam.depth == self.walk.reference.scene.settings.max_depth {
-            return self.at_limit(beam, row, inward, distance);
+        let Carried::Row(row, axis) = beam.carried else {
+            return self.leave_crystal(beam, &there, normal, distance);
+        };
+        let row = row.scaled(self.medium.transmittance(distance));
+        if self.is_last(beam) {
+            return self.at_limit(beam, Light::Row { row, axis }, inward, distance);
         }
         let event = self.medium.interface(&Medium::AIR, direction.dot(normal));
-        let [back, on] = self.walk.split(direction, (row, beam.axis), inward, &event);
+        let [back, on] = self.walk.split(direction, (row, axis), inward, &event);
         if let Light::Row { row, axis } = back {
-            self.go_on(Beam { pencil: there.reflected(normal), row, axis, depth: beam.depth + 1, ..*beam });
+            let (carried, depth) = (Carried::Row(row, axis), beam.depth + 1);
+            self.go_on(Beam { pencil: there.reflected(normal), carried, depth, ..*beam });
         }
         if event.tir {
             return 0.0;
@@ -228,9 +265,13 @@ impl Follower<'_, '_> {
         self.walk.light(there.origin, out) * on.intensity()
     }
 
-    fn at_limit(&mut self, beam: &Beam, row: StokesRow<f64>, inward: DVec3, distance: f64) -> f64 {
+    /// Whether it has met as many surfaces as it may.
+    fn is_last(&self, beam: &Beam) -> bool {
+        beam.depth == self.walk.reference.scene.settings.max_depth
+    }
+
+    fn at_limit(&mut self, beam: &Beam, light: Light, inward: DVec3, distance: f64) -> f64 {
         let Pencil { origin, direction, .. } = beam.pencil;
-        let light = Light::Row { row, axis: beam.axis };
         let ray = Ray { origin, direction, light, nest: self.facets.inside, depth: beam.depth };
         let (before, after) = (self.facets.inside, Nest::default());
         self.walk.at_limit(&ray, &Crossing { distance, normal: inward, before, after })

@@ -26,25 +26,18 @@ const BATCH: usize = 32;
 
 /// The rays under way and what they need.
 pub(super) struct Events<'a, V: Lanes> {
-    stream: &'a Stream,
-    light: &'a Light,
-    lines: &'a Lines<'a>,
-    rays: Rays,
+    pub stream: &'a Stream,
+    pub light: &'a Light,
+    pub lines: &'a Lines<'a>,
+    /// Rays that carry less are dropped; of two modes of which one carries less than `choice`, one is followed for both.
+    threshold: f32,
+    choice: f32,
+    pub rays: Rays,
     packets: Vec<Packet>,
     beams: Vec<Beam>,
     exits: Vec<Exit<V>>,
     sums: &'a mut Sums,
-    account: &'a mut Account,
-}
-
-/// Of an event, all but the rays that it sends on in the crystal.
-struct Event<'a, V> {
-    point: Triple<V>,
-    /// The rays that arrive.
-    ray: &'a Ray<V>,
-    /// Those of them that may go on.
-    lanes: u16,
-    radiance: V,
+    pub account: &'a mut Account,
 }
 
 /// [`Events::arrive`] as a function of its own.
@@ -65,11 +58,13 @@ impl<'a, V: Lanes> Events<'a, V> {
         stream: &'a Stream,
         light: &'a Light,
         lines: &'a Lines<'a>,
+        [threshold, choice]: [f32; 2],
         sums: &'a mut Sums,
         account: &'a mut Account,
     ) -> Self {
         let (packets, exits) = (vec![Packet::default(); BATCH], vec![Exit::nowhere(); BATCH]);
-        Events { stream, light, lines, rays: Rays::new(), packets, beams: Vec::new(), exits, sums, account }
+        let (rays, beams) = (Rays::new(), Vec::new());
+        Events { stream, light, lines, threshold, choice, rays, packets, beams, exits, sums, account }
     }
 
     /// Whether there is enough to follow.
@@ -107,7 +102,24 @@ impl<'a, V: Lanes> Events<'a, V> {
     fn arrive(&mut self, k: usize, rows: &mut Gathered) {
         let (alive, exit) = (self.beams[k].alive, self.exits[k]);
         let mut ray = Ray::<V>::load(&self.packets[k]);
-        self.lines.gather::<V>(&self.packets[k][LINE], rows);
+        let line = self.packets[k][LINE].clone();
+        let (modes, lanes) = self.meet(&mut ray, &exit, alive, &line, rows);
+        let on = self.send_on(exit.point, &ray, &modes, lanes);
+        self.deliver(&self.packets[k][PLACE].clone(), ray.radiance, alive & !on);
+    }
+
+    /// What rays of some lines send back into the crystal where they meet its surface, and the lanes of those that may go on. The
+    /// rays fade on their way, and see what is beyond the surface.
+    #[inline(always)]
+    pub fn meet(
+        &mut self,
+        ray: &mut Ray<V>,
+        exit: &Exit<V>,
+        alive: u16,
+        line: &Row,
+        rows: &mut Gathered,
+    ) -> ([Mode<V>; 2], u16) {
+        self.lines.gather::<V>(line, rows);
         let (bases, optics) = self.lines.optics(rows);
         let second = ray.depth.lt(V::splat(0.0));
         if let Some(exponent) = optics.fading(second, ray.wave, ray.direction, exit.distance) {
@@ -115,17 +127,10 @@ impl<'a, V: Lanes> Events<'a, V> {
         }
         ray.depth = ray.depth.abs();
         let last = !ray.depth.lt(V::splat(self.stream.max_depth as f32));
-        let (lines, all) = (self.lines, &self.packets[k][LINE]);
-        let exact = |lane: usize| lines.exact(all.0[lane].to_bits());
-        let sent = crystal::leave(
-            optics,
-            exact,
-            second,
-            (ray.wave, ray.weight),
-            exit.normal,
-            None,
-            alive & !last.bits(),
-        );
+        let lines = self.lines;
+        let exact = |lane: usize| lines.exact(line.0[lane].to_bits());
+        let going = alive & !last.bits();
+        let sent = crystal::leave(optics, exact, second, (ray.wave, ray.weight), exit.normal, None, going);
         // At the depth limit a ray goes straight on with all it has.
         let seen = V::select(last, ray.weight, sent.row.intensity());
         let direction = Triple::select(last, ray.direction, sent.direction);
@@ -136,41 +141,29 @@ impl<'a, V: Lanes> Events<'a, V> {
             let fate = if drop { Fate::DroppedDepth } else { Fate::LeftAtLimit };
             self.account.add_few(fate, &ray.weight.stored(), last);
         }
-        let mut radiance = ray.radiance;
         if out != 0 {
             let colours = Lookup::new(self.light, exit.point, direction).colours(self.light, out);
-            let light = Basis::expand_by(bases, colours);
-            radiance = V::select(V::Mask::from_bits(out), light.fma(seen, radiance), radiance);
+            let light = Basis::expand_by(bases, colours).fma(seen, ray.radiance);
+            ray.radiance = V::select(V::Mask::from_bits(out), light, ray.radiance);
         }
         self.account.count(u64::from(alive.count_ones() + out.count_ones()));
-        let event = Event { point: exit.point, ray: &ray, lanes: alive & !last, radiance };
-        let on = self.send_on(&event, &sent.back);
-        self.deliver(&self.packets[k][PLACE].clone(), radiance, alive & !on);
+        (sent.back, alive & !last)
     }
 
-    /// Stacks the rays that go on in the crystal; returns which of those that arrived have done so. If one of two modes is
-    /// lighter than `split` only one of them is followed, with the weight of both: each is chosen in proportion to its weight.
+    /// Stacks the rays that go on in the crystal; returns which of those that arrived have done so.
     #[inline(always)]
-    fn send_on(&mut self, event: &Event<'_, V>, modes: &[Mode<V>; 2]) -> u16 {
-        let Event { ray, lanes, .. } = *event;
-        let [first, second] = [modes[0].weight, modes[1].weight];
-        let (split, zero) = (V::splat(self.stream.split), V::splat(0.0));
-        let chooses = first.min(second).lt(split);
-        let sum = first + second;
-        let (choice, next) = chosen(ray.choice);
-        let takes_first = (choice * sum).lt(first);
-        let first = V::select(chooses, V::select(takes_first, sum, zero), first);
-        let second = V::select(chooses, V::select(takes_first, zero, sum), second);
+    fn send_on(&mut self, point: Triple<V>, ray: &Ray<V>, modes: &[Mode<V>; 2], lanes: u16) -> u16 {
+        let ([first, second], next) = self.chosen(modes, ray.choice);
         let (ones, twos) = (self.surviving(lanes, first), self.surviving(lanes, second));
+        let zero = V::splat(0.0);
         let depth = ray.depth + V::splat(1.0);
         // The first mode takes along what has been seen.
         let takes = V::Mask::from_bits(ones);
         let heir = Ray {
-            origin: event.point,
+            origin: point,
             direction: Triple::select(takes, modes[0].ray, modes[1].ray),
             wave: Triple::select(takes, modes[0].normal, modes[1].normal),
             weight: V::select(takes, first, second),
-            radiance: event.radiance,
             depth: V::select(takes, depth, -depth),
             choice: next,
             ..*ray
@@ -184,11 +177,28 @@ impl<'a, V: Lanes> Events<'a, V> {
         ones | twos
     }
 
+    /// The weights of two modes, and the place of the next choice. If one is lighter than `choice` only one of them is followed,
+    /// with the weight of both: each is chosen in proportion to its weight.
+    #[inline(always)]
+    pub fn chosen(&self, modes: &[Mode<V>; 2], place: V) -> ([V; 2], V) {
+        let [first, second] = [modes[0].weight, modes[1].weight];
+        let (least, zero) = (V::splat(self.choice), V::splat(0.0));
+        let chooses = first.min(second).lt(least);
+        let sum = first + second;
+        let (choice, next) = chosen(place);
+        let takes_first = (choice * sum).lt(first);
+        let weights = [
+            V::select(chooses, V::select(takes_first, sum, zero), first),
+            V::select(chooses, V::select(takes_first, zero, sum), second),
+        ];
+        (weights, next)
+    }
+
     /// The lanes whose weight is not below the threshold; what the others carry is dropped.
     #[inline(always)]
-    fn surviving(&mut self, lanes: u16, weight: V) -> u16 {
+    pub fn surviving(&mut self, lanes: u16, weight: V) -> u16 {
         let lanes = lanes & V::splat(0.0).lt(weight).bits();
-        let faint = weight.lt(V::splat(self.stream.threshold)).bits() & lanes;
+        let faint = weight.lt(V::splat(self.threshold)).bits() & lanes;
         if faint != 0 {
             self.account.add_few(Fate::DroppedThreshold, &weight.stored(), faint);
         }
@@ -197,7 +207,7 @@ impl<'a, V: Lanes> Events<'a, V> {
 
     /// Adds what some lanes have seen.
     #[inline(always)]
-    fn deliver(&mut self, places: &Row, radiance: V, mut lanes: u16) {
+    pub fn deliver(&mut self, places: &Row, radiance: V, mut lanes: u16) {
         if lanes == 0 {
             return;
         }
@@ -263,7 +273,7 @@ impl<'a, V: Lanes> Events<'a, V> {
             place: V::load(&place),
             line: V::load(&line),
         };
-        let on = self.send_on(&Event { point, ray: &ray, lanes, radiance }, &sent.on);
+        let on = self.send_on(point, &ray, &sent.on, lanes);
         self.deliver(&place, radiance, lanes & !on);
     }
 }

@@ -120,6 +120,12 @@ impl<V: Lanes> Ray<V> {
     }
 }
 
+/// A vector from three rows.
+#[inline(always)]
+pub(super) fn triple<V: Lanes>(rows: &[Row]) -> Triple<V> {
+    Triple { x: V::load(&rows[0]), y: V::load(&rows[1]), z: V::load(&rows[2]) }
+}
+
 /// The way of the rays of a packet, for the search of what they meet.
 pub(super) fn beam(packet: &Packet, alive: u16) -> Beam {
     let [ox, oy, oz, dx, dy, dz, ..] = *packet;

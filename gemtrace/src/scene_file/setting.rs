@@ -53,7 +53,8 @@ pub(super) fn read(root: &Fields) -> Result<RenderSettings, Error> {
         settings.threshold = entry.number("a throughput from 0 up to, not including, 1")?;
     }
     if let Some(entry) = fields.get("split") {
-        settings.split = entry.number("a throughput from 0 (follow every mode) up to, not including, 1")?;
+        let expected = "a throughput from 0 (follow every mode) up to, not including, 1";
+        settings = settings.with_split(entry.number(expected)?);
     }
     for (key, slot) in [("polarized", &mut settings.polarized), ("spectral", &mut settings.spectral)] {
         if let Some(entry) = fields.get(key) {

@@ -4,6 +4,7 @@ use super::{LEAST_AREA, Limits, Pencil, Polygon};
 use crate::{
     camera::View,
     prepare::{Geometry, PreparedScene, PreparedStone},
+    settings::RenderSettings,
 };
 use glam::DVec3;
 use std::collections::HashMap;
@@ -69,10 +70,10 @@ const MOST_CELLS: u32 = 64;
 const EDGE_ON: f64 = 1e-9;
 
 impl Silhouette {
-    /// The silhouette of a scene's stone; `None` unless it is a [lone convex one](PreparedScene::lone_convex_stone) that
-    /// lies before the camera as a whole.
+    /// The silhouette of a scene's stone; `None` unless it is a lone convex [stone](PreparedScene::lone_convex_stone) or
+    /// [crystal](PreparedScene::lone_convex_crystal) that lies before the camera as a whole.
     pub fn new(scene: &PreparedScene) -> Option<Self> {
-        let stone = scene.lone_convex_stone()?;
+        let stone = scene.lone_convex_stone().or_else(|| scene.lone_convex_crystal())?;
         Self::of(&scene.geometry, stone, &scene.view)
     }
 
@@ -105,11 +106,12 @@ impl Silhouette {
         Some(Silhouette { view: view.clone(), planes, parts, rim, bounds: whole, cells: cells as u32 })
     }
 
-    /// The limits for a [threshold](crate::settings::RenderSettings::threshold), which is for one cell: beams are ended below
-    /// it, and are whole below ten times of it. Of a pixel of many cells each carries a small share.
-    pub fn limits(&self, threshold: f64) -> Limits {
-        let end = threshold / f64::from(self.cells).powi(2);
-        Limits { split: 10.0 * end, end }
+    /// The limits for a scene's [threshold](RenderSettings::threshold), which is for one cell: beams are ended below it, and
+    /// are whole below ten times of it. Of a pixel of many cells each carries a small share.
+    pub fn limits(&self, settings: &RenderSettings) -> Limits {
+        let cell = 1.0 / f64::from(self.cells).powi(2);
+        let end = settings.threshold * cell;
+        Limits { split: 10.0 * end, end, choice: settings.split * cell }
     }
 
     /// Puts the pieces of a pixel in the place of what `pieces` holds, the largest last, and returns what they do not
