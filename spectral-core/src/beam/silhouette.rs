@@ -61,7 +61,7 @@ struct Part {
 const CORNERS: usize = Polygon::MOST - 4;
 
 /// The largest cell in which rays are taken as linear, in radii of the stone.
-const CELL: f64 = 0.005;
+const CELL: f64 = 0.01;
 
 /// The most cells along a side of a pixel: a stone within one pixel has many.
 const MOST_CELLS: u32 = 64;
