@@ -215,8 +215,8 @@ impl Packet {
     /// The derivative of the meeting point by u or v.
     #[inline(always)]
     pub fn met_by<V: Lanes>(&self, axis: usize, exit: &Exit<V>) -> Triple<V> {
-        let [by, turn] = [&self.origin_by[axis], &self.direction_by[axis]].map(Triple::load);
-        met_by([by, turn], Triple::load(&self.direction), exit)
+        let by = [Triple::load(&self.origin_by[axis]), Triple::load(&self.direction_by[axis])];
+        met_by(by, Triple::load(&self.direction), exit)
     }
 }
 

@@ -1,6 +1,6 @@
 //! How rays turn with their wave vectors: the twin of `spectral_core::crystal::Crystal::ray_by`.
 
-use super::{Biaxial, Form, Optics, Uniaxial};
+use super::{Biaxial, Form, Optics, Uniaxial, biaxial::optic};
 use accel::lanes::{Lanes, Row, Triple};
 
 /// As the core has it: nearer to an optic axis rays turn as they do there.
@@ -43,9 +43,23 @@ impl Uniaxial {
             let size = ordinary.sqrt();
             return [turned(ray, by[0], size), turned(ray, by[1], size)];
         }
-        let along = |v: Triple<V>| axis.fma(difference * axis.dot(v), v.scaled(ordinary));
-        let size = along(vector).dot(ray);
-        [turned(ray, along(by[0]), size), turned(ray, along(by[1]), size)]
+        let along = Along { axis, ordinary, difference };
+        let size = along.of(vector).dot(ray);
+        [turned(ray, along.of(by[0]), size), turned(ray, along.of(by[1]), size)]
+    }
+}
+
+/// ε_o v + Δ(c·v)c.
+struct Along<V> {
+    axis: Triple<V>,
+    ordinary: V,
+    difference: V,
+}
+
+impl<V: Lanes> Along<V> {
+    #[inline(always)]
+    fn of(&self, v: Triple<V>) -> Triple<V> {
+        self.axis.fma(self.difference * self.axis.dot(v), v.scaled(self.ordinary))
     }
 }
 
@@ -87,11 +101,10 @@ impl<V: Lanes> Gradient<V> {
     #[inline(always)]
     fn by(&self, by: Triple<V>) -> Triple<V> {
         let [one, two] = &self.axes;
-        let across = |axis: Triple<V>| axis.fnma(axis.dot(by), by);
         // ∂ρ/ρ.
         let grows = two.part.dot(by) / two.square - one.part.dot(by) / one.square;
-        let first = one.part.fma(grows, across(one.axis));
-        let second = two.part.fnma(grows, across(two.axis));
+        let first = one.part.fma(grows, one.axis.fnma(one.axis.dot(by), by));
+        let second = two.part.fnma(grows, two.axis.fnma(two.axis.dot(by), by));
         self.of(by, [first, second])
     }
 }
@@ -104,7 +117,7 @@ impl Biaxial {
         [vector, ray]: [Triple<V>; 2],
         by: &[Triple<V>; 2],
     ) -> [Triple<V>; 2] {
-        let axes = [0, 1].map(|i| Across::new(super::biaxial::optic(figures, i), vector));
+        let axes = [Across::new(optic(figures, 0), vector), Across::new(optic(figures, 1), vector)];
         let [.., a, b, _] = figures;
         let half = V::splat(0.5) * V::load(b);
         let sheet = [V::load(a), half, if second { -half } else { half }];

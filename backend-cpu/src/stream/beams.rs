@@ -30,6 +30,8 @@ const BATCH: usize = 32;
 /// Numbers of a beam: its ray's, as of a [`Ray`], then the derivatives of origin, direction and N by u and v, and half the size of a
 /// box about the centroid that holds the polygon.
 const NUMBERS: usize = 32;
+/// In fours.
+type Numbers = [[f32; 4]; NUMBERS / 4];
 const ORIGIN: usize = 0;
 const DIRECTION: usize = 3;
 const WAVE: usize = 6;
@@ -44,7 +46,7 @@ const HALF: usize = 30;
 /// A beam of one mode of the crystal. Its reference ray is that of its polygon's centroid.
 #[derive(Debug, Clone, Copy)]
 struct Beam {
-    numbers: [f32; NUMBERS],
+    numbers: Numbers,
     polygon: Polygon,
     place: u32,
     line: u32,
@@ -93,11 +95,11 @@ impl<V: Lanes> Work for Arrive<'_, '_, V> {
 
 impl Beam {
     fn vector(&self, first: usize) -> Vec3A {
-        Vec3A::from_slice(&self.numbers[first..])
+        Vec3A::from_slice(&self.numbers.as_flattened()[first..])
     }
 
     fn set(&mut self, first: usize, vector: Vec3A) {
-        self.numbers[first..first + 3].copy_from_slice(&vector.to_array());
+        self.numbers.as_flattened_mut()[first..first + 3].copy_from_slice(&vector.to_array());
     }
 
     fn pencil(&self) -> Pencil {
@@ -118,9 +120,10 @@ impl Divisible for Beam {
 
     fn divided(&mut self, share: f32, side: usize) -> Self {
         let mut rest = *self;
-        rest.numbers[WEIGHT] *= 1.0 - share;
-        self.numbers[WEIGHT] *= share;
-        self.numbers[CHOICE] = lattice::part(self.numbers[CHOICE] as u32, side) as f32;
+        rest.numbers.as_flattened_mut()[WEIGHT] *= 1.0 - share;
+        let numbers = self.numbers.as_flattened_mut();
+        numbers[WEIGHT] *= share;
+        numbers[CHOICE] = lattice::part(numbers[CHOICE] as u32, side) as f32;
         rest
     }
 
@@ -137,10 +140,14 @@ impl Divisible for Beam {
         self.set(WAVE, self.vector(WAVE) + by_u * u as f32 + by_v * v as f32);
         self.polygon.shift([-u, -v]);
         for axis in 0..2 {
-            let sizes = self.polygon.vertices().iter().map(|vertex| vertex[axis].abs());
-            self.numbers[HALF + axis] = sizes.fold(0.0, f64::max) as f32;
+            self.numbers.as_flattened_mut()[HALF + axis] = reach(&self.polygon, axis);
         }
     }
+}
+
+/// How far a polygon reaches from (0, 0) along an axis.
+fn reach(polygon: &Polygon, axis: usize) -> f32 {
+    polygon.vertices().iter().map(|vertex| vertex[axis].abs()).fold(0.0, f64::max) as f32
 }
 
 impl Packet {
@@ -150,15 +157,19 @@ impl Packet {
 
     /// Of up to sixteen beams; what is not in use repeats the last.
     #[inline(always)]
-    fn load(&mut self, beams: &[Beam]) {
+    fn load<V: Lanes>(&mut self, beams: &[Beam]) {
         self.alive = ((1u32 << beams.len()) - 1) as u16;
-        for lane in 0..WIDTH {
+        let mut numbers = [&beams[0].numbers; WIDTH];
+        for (lane, numbers) in numbers.iter_mut().enumerate() {
             let beam = &beams[lane.min(beams.len() - 1)];
-            for (row, number) in self.rows.iter_mut().zip(beam.numbers) {
-                row.0[lane] = number;
-            }
+            *numbers = &beam.numbers;
             self.place.0[lane] = f32::from_bits(beam.place);
             self.line.0[lane] = f32::from_bits(beam.line);
+        }
+        for (place, rows) in self.rows.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            for (row, number) in rows.iter_mut().zip(V::fours(&numbers, place)) {
+                number.store(row);
+            }
         }
     }
 
@@ -241,7 +252,7 @@ impl<'a, V: Lanes> Beams<'a, V> {
         self.batch.extend_from_slice(&self.waiting[first..]);
         self.waiting.truncate(first);
         for (packet, beams) in self.packets.iter_mut().zip(self.batch.chunks(WIDTH)) {
-            packet.load(beams);
+            packet.load::<V>(beams);
         }
         let count = self.batch.len().div_ceil(WIDTH);
         self.events.stream.planes.exits::<V, Packet>(&self.packets[..count], &mut self.meetings);
@@ -277,10 +288,11 @@ impl<'a, V: Lanes> Beams<'a, V> {
     #[inline(always)]
     fn cut(&mut self, k: usize) -> [Triple<V>; 2] {
         let (packet, met, planes) = (&self.packets[k], &self.meetings[k], &self.events.stream.planes);
-        let by = [0, 3].map(|k| {
-            let [by, turn] = [ORIGIN_BY + k, DIRECTION_BY + k].map(|first| packet.vector(first));
-            met_by([by, turn], packet.vector(DIRECTION), &met.exit)
-        });
+        let direction = packet.vector(DIRECTION);
+        let by = [
+            met_by([packet.vector(ORIGIN_BY), packet.vector(DIRECTION_BY)], direction, &met.exit),
+            met_by([packet.vector(ORIGIN_BY + 3), packet.vector(DIRECTION_BY + 3)], direction, &met.exit),
+        ];
         let weight = V::load(&packet.rows[WEIGHT]);
         let heavy = packet.alive & !weight.lt(V::splat(self.limits.split as f32)).bits();
         let mut lanes = planes.crossing(met, &by, packet.rows_at(HALF), heavy);
@@ -329,18 +341,18 @@ impl<'a, V: Lanes> Beams<'a, V> {
             place: V::load(&place),
             line: V::load(&line),
         };
-        let half = arrivals.polygon.each_ref().map(|polygon| {
-            [0, 1].map(|axis| {
-                let sizes = polygon.vertices().iter().map(|vertex| vertex[axis].abs());
-                sizes.fold(0.0, f64::max) as f32
-            })
-        });
+        let mut half = [Row::default(); 2];
+        for (lane, polygon) in arrivals.polygon.iter().enumerate() {
+            for (axis, half) in half.iter_mut().enumerate() {
+                half.0[lane] = reach(polygon, axis);
+            }
+        }
         let from = From {
             ray: &ray,
             normal,
-            origin_by: arrivals.origin_by.each_ref().map(Triple::load),
-            wave_by: arrivals.direction_by.each_ref().map(Triple::load),
-            half: [0, 1].map(|axis| V::load(&Row(half.map(|half| half[axis])))),
+            origin_by: [Triple::load(&arrivals.origin_by[0]), Triple::load(&arrivals.origin_by[1])],
+            wave_by: [Triple::load(&arrivals.direction_by[0]), Triple::load(&arrivals.direction_by[1])],
+            half: [V::load(&half[0]), V::load(&half[1])],
             polygons: arrivals.polygon.each_ref(),
         };
         send_on(events, &mut self.waiting, self.limits.split, &from, &sent.on, lanes, rows);
@@ -373,8 +385,7 @@ fn send_on<V: Lanes>(
         if heavy != 0 {
             // ∂N' = ∂q + ∂ζ' n with ŝ'·∂N' = 0: `spectral_core::beam::Vectors`.
             let steep = V::splat(1.0) / mode.ray.dot(from.normal);
-            let wave_by = [from.tangential(0), from.tangential(1)]
-                .map(|by| from.normal.fnma(mode.ray.dot(by) * steep, by));
+            let wave_by = [from.sent(0, mode.ray, steep), from.sent(1, mode.ray, steep)];
             let direction_by = optics.rays_by(second, [mode.normal, mode.ray], &wave_by);
             push(waiting, from, &ray, [from.origin_by, direction_by, wave_by], heavy);
         }
@@ -382,10 +393,11 @@ fn send_on<V: Lanes>(
 }
 
 impl<V: Lanes> From<'_, V> {
-    /// A derivative of the tangential wave vector.
+    /// A derivative of the wave vector that goes with a ray: what is tangential stays.
     #[inline(always)]
-    fn tangential(&self, k: usize) -> Triple<V> {
-        self.normal.fnma(self.normal.dot(self.wave_by[k]), self.wave_by[k])
+    fn sent(&self, k: usize, ray: Triple<V>, steep: V) -> Triple<V> {
+        let tangential = self.normal.fnma(self.normal.dot(self.wave_by[k]), self.wave_by[k]);
+        self.normal.fnma(ray.dot(tangential) * steep, tangential)
     }
 }
 
@@ -416,12 +428,12 @@ fn push<V: Lanes>(
     while lanes != 0 {
         let lane = lanes.trailing_zeros() as usize % WIDTH;
         lanes &= lanes - 1;
-        waiting.push(Beam {
-            numbers: rows.each_ref().map(|row| row.0[lane]),
-            polygon: *from.polygons[lane],
-            place: places.0[lane].to_bits(),
-            line: lines.0[lane].to_bits(),
-        });
+        let mut numbers: Numbers = Default::default();
+        for (number, row) in numbers.as_flattened_mut().iter_mut().zip(&rows) {
+            *number = row.0[lane];
+        }
+        let (place, line) = (places.0[lane].to_bits(), lines.0[lane].to_bits());
+        waiting.push(Beam { numbers, polygon: *from.polygons[lane], place, line });
     }
 }
 
@@ -439,8 +451,8 @@ fn cut(
     if !part::cut(beam, planes, facet, &place.met(lane), waiting) {
         return;
     }
-    for (row, number) in packet.rows.iter_mut().zip(beam.numbers) {
-        row.0[lane] = number;
+    for (row, number) in packet.rows.iter_mut().zip(beam.numbers.as_flattened()) {
+        row.0[lane] = *number;
     }
     let (normal, offset, _) = planes.facet(facet);
     place.set(lane, &beam.pencil().met(normal.into(), offset));
