@@ -12,7 +12,7 @@ const INSTRUCTIONS: f64 = 5.300e9;
 /// Compilers and the C library differ by less; what changes more is a change of ours, to be looked at and noted here.
 const ALLOWED: f64 = 0.02;
 
-/// The instructions of a draft of a scene, counted by Callgrind; `None` where that is missing and not required.
+/// The instructions of a picture of a scene, counted by Callgrind; `None` where that is missing and not required.
 fn count(scene: &Path, quality: &str, size: &str) -> Option<f64> {
     if std::env::var_os("REQUIRE_VALGRIND").is_none()
         && Command::new("valgrind").arg("--version").output().is_err()
