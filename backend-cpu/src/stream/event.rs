@@ -102,10 +102,11 @@ impl<'a, V: Lanes> Events<'a, V> {
     fn arrive(&mut self, k: usize, rows: &mut Gathered) {
         let (alive, exit) = (self.beams[k].alive, self.exits[k]);
         let mut ray = Ray::<V>::load(&self.packets[k]);
-        let line = self.packets[k][LINE].clone();
+        let line = self.packets[k][LINE];
         let (modes, lanes) = self.meet(&mut ray, &exit, alive, &line, rows);
         let on = self.send_on(exit.point, &ray, &modes, lanes);
-        self.deliver(&self.packets[k][PLACE].clone(), ray.radiance, alive & !on);
+        let place = self.packets[k][PLACE];
+        self.deliver(&place, ray.radiance, alive & !on);
     }
 
     /// What rays of some lines send back into the crystal where they meet its surface, and the lanes of those that may go on. The
