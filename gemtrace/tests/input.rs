@@ -99,7 +99,7 @@ fn truncated_files_say_so() {
         assert_matches(&message, "a.exr: not a complete OpenEXR file: *");
     }
     assert_eq!(picture_error("a.exr", b""), "a.exr: the file is empty");
-    assert_eq!(picture_error("a.exr", b"II*\0"), "a.exr: not an OpenEXR, Radiance HDR or PNG image");
+    assert_eq!(picture_error("a.exr", b"II*\0"), "a.exr: not an OpenEXR, Radiance HDR, PNG or JPEG image");
     let mut stl = vec![0; 84 + 49];
     stl[80] = 2;
     assert_eq!(mesh_error("a.stl", stl), "a.stl: truncated: its header announces 2 triangles, it holds 0");

@@ -1,12 +1,15 @@
-//! Environment images: OpenEXR, Radiance HDR and PNG, known by their first bytes.
+//! Environment images: OpenEXR, Radiance HDR, PNG and JPEG, known by their first bytes.
 
+mod chromaticity;
 mod openexr;
+mod radiance;
 
 use super::picture::{self, incomplete};
 use super::{about, blame, gibibytes, guarded};
 use crate::Error;
-use image::ImageDecoder;
-use image::codecs::hdr::HdrDecoder;
+use image::codecs::jpeg::JpegDecoder;
+use image::{DynamicImage, ImageDecoder, RgbImage};
+use moxcms::{ColorProfile, Layout, TransformOptions};
 use spectral_core::color::srgb_decode;
 use spectral_core::environment::LatLong;
 use spectral_core::{Warning, memory};
@@ -20,8 +23,8 @@ const MAX_TEXELS_PER_BYTE: u64 = 4096;
 /// Rows of a PNG that are turned into texels at a time.
 const BAND: u32 = 64;
 
-/// A lat-long image from the bytes of the file `path`, as linear sRGB. PNG values are decoded by the sRGB
-/// curve; alpha is ignored.
+/// A lat-long image from the bytes of the file `path`, as linear sRGB. Primaries and exposure that an EXR or HDR declares are
+/// converted; values of PNG and JPEG are decoded by the sRGB curve; alpha is ignored.
 ///
 /// # Errors
 /// [`Error::File`] for a format that is not known, a file that is not complete, EXR channels that are
@@ -33,11 +36,13 @@ pub fn read(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(LatLong, Vec<Warnin
     } else if bytes.starts_with(b"\x89PNG") {
         png(bytes)
     } else if bytes.starts_with(b"#?") {
-        guarded(|| hdr(bytes))
+        guarded(|| radiance::read(bytes))
+    } else if bytes.starts_with(&[0xff, 0xd8, 0xff]) {
+        guarded(|| jpeg(bytes))
     } else if bytes.is_empty() {
         Err("the file is empty".into())
     } else {
-        Err("not an OpenEXR, Radiance HDR or PNG image".into())
+        Err("not an OpenEXR, Radiance HDR, PNG or JPEG image".into())
     };
     let Decoded { size: [width, height], texels, mut warnings } =
         decoded.map_err(|message| Error::file(path, message))?;
@@ -78,16 +83,39 @@ fn check_size(width: usize, height: usize, file: usize) -> Result<[u32; 2], Stri
     Ok([w, h])
 }
 
-/// Decoded into the texels themselves.
-fn hdr(bytes: &[u8]) -> Result<Decoded, String> {
-    let decoder = HdrDecoder::new(Cursor::new(bytes)).map_err(incomplete)?;
+/// JPEG, whose values are decoded by the sRGB curve; a colour profile is converted to sRGB first.
+fn jpeg(bytes: &[u8]) -> Result<Decoded, String> {
+    let mut decoder = JpegDecoder::new(Cursor::new(bytes)).map_err(incomplete)?;
     let (width, height) = decoder.dimensions();
     let size = check_size(width as usize, height as usize, bytes.len())?;
-    memory::check(u64::from(width) * u64::from(height) * 12, || "the image".into())
+    memory::check(u64::from(width) * u64::from(height) * 24, || "the image".into())
         .map_err(|e| e.to_string())?;
-    let mut texels = vec![[0.0_f32; 3]; width as usize * height as usize];
-    decoder.read_image(bytemuck::cast_slice_mut(&mut texels)).map_err(incomplete)?;
-    Ok(Decoded { size, texels, warnings: Vec::new() })
+    let profile = decoder.icc_profile().ok().flatten();
+    let mut image = DynamicImage::from_decoder(decoder).map_err(incomplete)?.into_rgb8();
+    let dim = "a JPEG holds no light brighter than white: lamps and windows light less than they did; HDR and EXR hold them";
+    let mut warnings = vec![Warning::new(dim)];
+    if let Some(profile) = profile
+        && !managed(&mut image, &profile)
+    {
+        warnings.push(Warning::new("its colour profile cannot be used; its values are taken for sRGB"));
+    }
+    let decoded: Vec<f32> = (0..=255).map(|v| srgb_decode(f64::from(v) / 255.0) as f32).collect();
+    let texels = image.pixels().map(|p| p.0.map(|v| decoded[usize::from(v)])).collect();
+    Ok(Decoded { size, texels, warnings })
+}
+
+/// Converts a picture from its profile to sRGB; whether that can be done.
+fn managed(image: &mut RgbImage, profile: &[u8]) -> bool {
+    let convert = || {
+        let profile = ColorProfile::new_from_slice(profile).ok()?;
+        let to = ColorProfile::new_srgb();
+        let how =
+            profile.create_transform_8bit(Layout::Rgb, &to, Layout::Rgb, TransformOptions::default()).ok()?;
+        let mut converted = vec![0; image.as_raw().len()];
+        how.transform(image.as_raw(), &mut converted).ok()?;
+        RgbImage::from_raw(image.width(), image.height(), converted)
+    };
+    convert().map(|converted| *image = converted).is_some()
 }
 
 fn png(bytes: &[u8]) -> Result<Decoded, String> {

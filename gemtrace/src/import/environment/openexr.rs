@@ -1,9 +1,9 @@
 //! OpenEXR, through the crate `exr`.
 
-use super::{Decoded, check_size};
+use super::{Decoded, check_size, chromaticity};
 use exr::block::chunk::CompressedBlock;
 use exr::compression::Compression;
-use exr::meta::attribute::EnvironmentMap;
+use exr::meta::attribute::{Chromaticities, EnvironmentMap};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, ReadSpecificChannel, Vec2, read as read_exr};
 use spectral_core::{Warning, shown};
@@ -53,6 +53,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded, String> {
     check_chunks(bytes, &meta.headers).map_err(incomplete)?;
     let source = Cursor::new(bytes);
     let level = || read_exr().no_deep_data().largest_resolution_level().specific_channels();
+    let is_rgb = matches!(channels, Channels::Rgb(_));
     let canvas = match channels {
         Channels::Rgb([r, g, b]) => {
             level()
@@ -89,7 +90,15 @@ pub(super) fn read(bytes: &[u8]) -> Result<Decoded, String> {
                 .pixels
         }
     };
-    Ok(Decoded { size, texels: canvas.texels, warnings: remarks(header) })
+    let (mut texels, mut warnings) = (canvas.texels, remarks(header));
+    let declared = header.shared_attributes.chromaticities.filter(|_| is_rgb);
+    if let Some(Chromaticities { red, green, blue, white }) = declared {
+        let given = [red, green, blue, white].map(|Vec2(x, y)| [x, y].map(f64::from));
+        if let Err(fault) = chromaticity::convert(&mut texels, &given) {
+            warnings.push(Warning::new(format!("{fault}; its values are taken for linear sRGB")));
+        }
+    }
+    Ok(Decoded { size, texels, warnings })
 }
 
 /// The first layer with R, G and B, else the first with Y alone; names may follow a layer's and a point.
@@ -126,17 +135,6 @@ fn remarks(header: &Header) -> Vec<Warning> {
             "its data window is {} × {}, its display window {} × {}; the data window is taken for the whole sphere",
             data.0, data.1, shown.0, shown.1
         )));
-    }
-    // ITU-R BT.709, which sRGB shares.
-    let srgb = [(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)];
-    if let Some(c) = header.shared_attributes.chromaticities {
-        let given = [c.red, c.green, c.blue].map(|p| (p.0, p.1));
-        let near = |(a, b): (&(f32, f32), &(f32, f32))| (a.0 - b.0).abs() < 2e-3 && (a.1 - b.1).abs() < 2e-3;
-        if !given.iter().zip(&srgb).all(near) {
-            warnings.push(Warning::new(
-                "it declares primaries other than sRGB's; its values are taken for linear sRGB",
-            ));
-        }
     }
     warnings
 }
