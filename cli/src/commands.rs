@@ -11,6 +11,7 @@ pub mod measure;
 pub mod merge;
 pub mod motion;
 pub mod render;
+pub mod scene;
 pub mod sheet;
 pub mod spectrum;
 mod table;
@@ -71,6 +72,8 @@ pub enum Command {
     Spectrum(spectrum::Args),
     /// Describe a cut or a mesh: facets, proportions, whether it closes.
     Cut(cut::Args),
+    /// Write a scene to start from, with the objects, materials and camera of a mesh file.
+    Scene(scene::Args),
     /// Read a scene and everything it names, and say what would be rendered.
     Check(check::Args),
     /// List the backends and their devices.
@@ -103,6 +106,7 @@ pub fn run(command: &Command, console: &mut Console) -> Result<Report, Error> {
         Command::Materials(args) => materials::run(args, console),
         Command::Spectrum(args) => spectrum::run(args),
         Command::Cut(args) => cut::run(args, console),
+        Command::Scene(args) => scene::run(args),
         Command::Check(args) => check::run(args, console),
         Command::Devices(args) => Ok(devices::run(args)),
         Command::Measure(args) => measure::run(args, console),

@@ -14,8 +14,21 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 
 /// The kinds of file: each has a folder of samples in `fuzz/corpus`.
-pub const KINDS: [&str; 12] =
-    ["scene", "asc", "gem", "gcs", "obj", "stl", "ply", "environment", "part", "manifest", "plan", "sweep"];
+pub const KINDS: [&str; 13] = [
+    "scene",
+    "asc",
+    "gem",
+    "gcs",
+    "glb",
+    "obj",
+    "stl",
+    "ply",
+    "environment",
+    "part",
+    "manifest",
+    "plan",
+    "sweep",
+];
 
 /// The folder of the files that scenes and sweeps of the corpus name.
 const FRAME: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../fuzz/frame");
@@ -27,7 +40,7 @@ pub fn run(kind: &str, bytes: &[u8]) -> bool {
     match kind {
         "scene" => scene(&text()),
         "asc" | "gem" | "gcs" => import::cut::solid(&path, bytes).is_ok_and(|(mesh, _)| stone(mesh)),
-        "obj" | "stl" | "ply" => import::mesh::read(&path, bytes).is_ok_and(|(mesh, _)| stone(mesh)),
+        "glb" | "obj" | "stl" | "ply" => import::mesh::read(&path, bytes).is_ok_and(|(mesh, _)| stone(mesh)),
         "environment" => import::environment::read(&path, bytes).is_ok(),
         "part" => part(bytes),
         "manifest" => lines(bytes),

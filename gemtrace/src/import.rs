@@ -8,6 +8,10 @@ pub mod cut;
 mod decoder;
 #[cfg(feature = "formats")]
 pub mod environment;
+#[cfg(feature = "formats")]
+pub(crate) mod gltf;
+#[cfg(feature = "formats")]
+pub(crate) mod look;
 pub mod mesh;
 mod obj;
 #[cfg(feature = "formats")]

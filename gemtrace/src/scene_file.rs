@@ -31,6 +31,8 @@ mod material;
 mod overrides;
 mod pose;
 mod setting;
+#[cfg(feature = "formats")]
+mod sketch;
 pub(crate) mod source;
 mod stone;
 mod value;
@@ -41,6 +43,8 @@ pub use draft::Draft;
 use fields::{Document, Fields};
 use glam::DVec3;
 pub use overrides::Override;
+#[cfg(feature = "formats")]
+pub use sketch::sketch;
 use source::Sources;
 pub use source::{Assets, Gate, Made, SourceFile};
 use spectral_core::Warning;
@@ -138,7 +142,7 @@ fn read(document: Document, mut sources: Sources) -> Result<LoadedScene, Error> 
     let settings = setting::read(&root)?;
     let mut view = view::read(&root)?;
     let mut environment = light::read(&root, &mut sources, &view.camera)?;
-    let materials = material::read(&root, &mut sources, &settings)?;
+    let materials = material::read(&root, &mut sources, &settings, &environment.illuminant)?;
     let mut stones = stone::read(&root, &materials, &mut sources)?;
     // Scaling moves it as it moves the stones.
     let middle = pose::middle(&stones).map_err(|e| root.blame(e))?;

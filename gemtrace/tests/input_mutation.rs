@@ -124,7 +124,7 @@ fn corpus(kinds: &[&'static str]) -> Vec<Sample> {
 }
 
 /// What a batch or a share of a picture leaves; all before is what scenes are made of.
-const BATCH: usize = 8;
+const BATCH: usize = 9;
 
 #[test]
 fn every_sample_is_read() {

@@ -14,6 +14,8 @@
 //! # Ok::<(), spectral_core::Error>(())
 //! ```
 
+mod colour;
+
 use crate::Error;
 use crate::spectrum::Tabulated;
 

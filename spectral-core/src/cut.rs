@@ -46,6 +46,8 @@ pub struct Cut {
     pub gear: Option<i32>,
     /// The index of refraction of the design; for information.
     pub index_of_refraction: Option<f64>,
+    /// The colour that the design is shown in, linear sRGB; none for a white one.
+    pub colour: Option<[f64; 3]>,
 }
 
 impl Cut {

@@ -23,7 +23,7 @@ mod catalogue;
 mod spec;
 
 pub use catalogue::Catalogue;
-pub use spec::{AbsorptionSpec, BandSpec, ConductorSpec, MaterialSpec, PoleSpec, SellmeierSpec};
+pub use spec::{AbsorptionSpec, BandSpec, ColorSpec, ConductorSpec, MaterialSpec, PoleSpec, SellmeierSpec};
 
 use crate::absorption::Absorption;
 use crate::dispersion::{Dispersion, fraunhofer};

@@ -12,12 +12,15 @@ use crate::{Error, Warning};
 
 mod convexity;
 mod facet;
+mod gap;
 mod half_spaces;
+mod hull;
 mod placement;
 pub mod polygon;
 mod polytope;
 pub(crate) mod proximity;
 mod rounded;
+mod sheet;
 mod solid;
 mod topology;
 mod union;
@@ -163,7 +166,7 @@ impl Mesh {
     /// A mesh from the triangles of a file: `triangles` index `positions`, counter-clockwise seen from outside, in any unit
     /// of length.
     ///
-    /// Coincident vertices are joined, triangles without area removed, triangles wound against their neighbours reversed, and
+    /// Coincident vertices are joined, gaps of up to a thousandth of the extent closed, triangles without area removed, triangles wound against their neighbours reversed, and
     /// an inverted mesh is turned inside out; each is reported. There may be several shells; an inward one is a cavity of
     /// the shell around it, and the mesh is the union of those that overlap. Connected coplanar triangles become one
     /// [`Facet`] with the area-weighted best plane.

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `cut`.
 #[derive(Debug, Clone, clap::Args)]
 pub struct Args {
-    /// A cut (.asc, .gem, .gcs) or a mesh (.obj, .stl, .ply).
+    /// A cut (.asc, .gem, .gcs) or a mesh (.glb, .gltf, .obj, .stl, .ply).
     pub file: PathBuf,
     /// The axis of a mesh's file that is the normal of the table [default: z].
     #[arg(long, value_name = "AXIS", value_parser = PossibleValuesParser::new(Up::NAMES).try_map(|name| Up::by_name(&name)))]

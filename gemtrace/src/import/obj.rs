@@ -1,9 +1,10 @@
-//! Wavefront OBJ: the vertices and faces, which are all that geometry needs.
+//! Wavefront OBJ: the vertices and faces, which are all that geometry needs, and what they are called.
 //!
 //! Read here and not by a crate so that messages can name the file's own line and vertex: `tobj` gives no
 //! lines, renumbers vertices, and overflows on texture indices that do not exist.
 
-use super::{soup::Soup, utf8};
+use super::soup::{Names, Soup};
+use super::utf8;
 use glam::DVec3;
 use spectral_core::{mesh::polygon, shown};
 use std::borrow::Cow;
@@ -12,7 +13,7 @@ use std::borrow::Cow;
 pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let bytes = utf8(bytes);
     let text = String::from_utf8_lossy(&bytes);
-    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    let (mut soup, mut names, mut called) = (Soup::default(), Names::default(), None);
     // From the first face on that names a vertex which is still to come: those are triangulated in the end, so that
     // triangles stay in the order of the file.
     let mut later = Vec::new();
@@ -21,23 +22,34 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => soup.positions.push(vertex(words).map_err(at)?),
+            Some(kind @ ("o" | "g" | "usemtl")) => {
+                let rest = line.trim_start()[kind.len()..].trim().to_owned();
+                match kind {
+                    "o" => names.objects = vec![rest],
+                    "g" => names.groups = rest.split_whitespace().map(str::to_owned).collect(),
+                    _ => names.material = Some(rest),
+                }
+                called = Some(soup.number(names.clone()));
+            }
             Some("f") => {
                 let corners = face(words, soup.positions.len()).map_err(at)?;
                 if later.is_empty() && corners.iter().all(|c| (*c as usize) < soup.positions.len()) {
+                    called.into_iter().for_each(|called| soup.resume(called));
                     polygon::triangulate(&soup.positions, &corners, &mut soup.triangles).map_err(at)?;
                 } else {
-                    later.push((number, corners));
+                    later.push((number, called, corners));
                 }
             }
-            // Texture and shading vertices, groups, materials, lines, points and smoothing bound nothing.
+            // Texture and shading vertices, lines, points and smoothing bound nothing.
             _ => {}
         }
     }
-    for (number, corners) in later {
+    for (number, called, corners) in later {
         if let Some(missing) = corners.iter().find(|c| **c as usize >= soup.positions.len()) {
             let (missing, count) = (u64::from(*missing) + 1, soup.positions.len());
             return Err(format!("line {number}: vertex {missing} is not there; the file has {count}"));
         }
+        called.into_iter().for_each(|called| soup.resume(called));
         polygon::triangulate(&soup.positions, &corners, &mut soup.triangles)
             .map_err(|m| format!("line {number}: {m}"))?;
     }

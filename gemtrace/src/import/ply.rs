@@ -18,7 +18,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
         return Err(format!("its vertices have no property '{axis}'"));
     }
     let mut payload = Payload { line: reader.line(), source: reader.into_inner(), encoding: header.encoding };
-    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    let mut soup = Soup::default();
     // Faces that come before their vertices.
     let mut early = Vec::new();
     let mut vertices_are_read = false;

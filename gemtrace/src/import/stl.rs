@@ -16,7 +16,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<Soup, String> {
     let bytes = if text.starts_with(b"solid") { &text } else { bytes };
     let mut source = Cursor::new(prepared(bytes)?);
     let incomplete = |e: std::io::Error| format!("not a complete STL file: {e}");
-    let mut soup = Soup { positions: Vec::new(), triangles: Vec::new() };
+    let mut soup = Soup::default();
     // An STL file repeats each corner in every triangle around it: six times, and more in memory.
     let mut known: FxHashMap<[u32; 3], u32> = FxHashMap::default();
     for triangle in stl_io::create_stl_reader(&mut source).map_err(incomplete)? {

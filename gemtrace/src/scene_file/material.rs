@@ -3,36 +3,48 @@
 use super::fields::{Entry, Fields};
 use super::source::Sources;
 use crate::{Error, import};
-use spectral_core::material::{Catalogue, Material, MaterialSpec};
+use spectral_core::cie::Illuminant;
+use spectral_core::material::{Catalogue, ColorSpec, Material, MaterialSpec};
 use spectral_core::settings::RenderSettings;
 use spectral_core::{shown, spectrum::Tabulated};
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// The name of the material that a cut's own file describes.
+const DESIGN: &str = "design";
+
 /// The scene's own materials, before the catalogue's.
 pub(super) struct Materials {
     own: HashMap<String, Arc<Material>>,
     /// Their names as they stand.
     names: Vec<String>,
+    /// The light of the scene, by which colours are seen.
+    light: Illuminant,
 }
 
 pub(super) fn read(
     root: &Fields,
     sources: &mut Sources,
     settings: &RenderSettings,
+    light: &Illuminant,
 ) -> Result<Materials, Error> {
     let (mut own, mut names) = (HashMap::new(), Vec::new());
     if let Some(entry) = root.get("material") {
         for entry in entry.fields("[material]")?.entries() {
-            own.insert(entry.key.clone(), Arc::new(build(&entry, sources, settings)?));
+            own.insert(entry.key.clone(), Arc::new(build(&entry, sources, settings, light)?));
             names.push(entry.key);
         }
     }
-    Ok(Materials { own, names })
+    Ok(Materials { own, names, light: light.clone() })
 }
 
-fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Result<Material, Error> {
+fn build(
+    entry: &Entry,
+    sources: &mut Sources,
+    settings: &RenderSettings,
+    light: &Illuminant,
+) -> Result<Material, Error> {
     let fields = entry.fields(format!("[material.{}]", shown(&entry.key)))?;
     let spec: MaterialSpec = entry.read()?;
     // The core asks for tables through a shared closure and knows only its own errors.
@@ -48,7 +60,7 @@ fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Res
             message
         })
     };
-    let built = spec.build(&entry.key, resolve);
+    let built = spec.build_under(light, &entry.key, resolve);
     let (material, warnings) = match (built, failed.into_inner()) {
         (Err(_), Some(file)) => return Err(entry.error(file)),
         (built, _) => built.map_err(|e| fields.blame(e))?,
@@ -60,6 +72,27 @@ fn build(entry: &Entry, sources: &mut Sources, settings: &RenderSettings) -> Res
 }
 
 impl Materials {
+    /// The material that a cut's file describes: its index, and its colour seen through `mm`. `None` unless it is asked for.
+    pub fn design(
+        &self,
+        entry: &Entry,
+        file: &Entry,
+        mm: f64,
+        sources: &mut Sources,
+    ) -> Result<Option<Arc<Material>>, Error> {
+        if entry.value.get_ref().as_str() != Some(DESIGN) || self.own.contains_key(DESIGN) {
+            return Ok(None);
+        }
+        let cut = sources.import(file, |path, bytes| import::cut::read(path, &bytes))?;
+        let none = || entry.error("this design says nothing of its index; name a material");
+        let index = cut.index_of_refraction.ok_or_else(none)?;
+        let color = cut.colour.map(|rgb| ColorSpec { rgb, at: mm });
+        let spec = MaterialSpec { index: Some(index), color, ..MaterialSpec::default() };
+        let unread = |name: &str| Err(spectral_core::Error::value("absorption", name, "no file"));
+        let built = spec.build_under(&self.light, DESIGN, unread);
+        built.map(|(material, _)| Some(Arc::new(material))).map_err(|e| entry.error(e))
+    }
+
     /// The material that an entry names.
     pub fn get(&self, entry: &Entry) -> Result<Arc<Material>, Error> {
         let name = entry.text("the name of a material")?;

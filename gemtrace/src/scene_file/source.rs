@@ -186,12 +186,24 @@ impl<'a> Sources<'a> {
         name: &str,
         reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
     ) -> Result<Arc<T>, Error> {
+        self.read_variant(name, "", reader)
+    }
+
+    /// The same where a reader makes several things of one file: `variant` tells them apart.
+    pub fn read_variant<T: Any + Send + Sync>(
+        &mut self,
+        name: &str,
+        variant: &str,
+        reader: impl FnOnce(&Path, Vec<u8>) -> Result<(T, Vec<Warning>), Error>,
+    ) -> Result<Arc<T>, Error> {
         if let Some(Made(asset)) = self.earlier.made.get(name).cloned() {
             return self.take_note(&asset);
         }
         let path = self.folder.join(name);
         let path = self.earlier.gate.as_ref().map_or(Ok(path.clone()), |gate| gate(&path))?;
-        let key = (path.clone(), TypeId::of::<T>());
+        let mut kind = path.clone().into_os_string();
+        kind.push(variant);
+        let key = (PathBuf::from(kind), TypeId::of::<T>());
         let known = self.used.get(&key).cloned();
         let known = known.or_else(|| self.earlier.take(&key));
         let asset = match known {

@@ -2,9 +2,11 @@
 
 use super::fields::{Entry, Fields, either};
 use super::material::Materials;
-use super::source::Sources;
+use super::source::{Sources, sha256};
+use crate::import::mesh::Selection;
 use crate::{Error, import};
 use glam::{DMat3, EulerRot};
+use spectral_core::material::Material;
 use spectral_core::mesh::Mesh;
 use spectral_core::scene::{Orientation, Stone, Up};
 use spectral_core::shape::ShapeSpec;
@@ -36,24 +38,31 @@ fn stone(
     let (width, rotation, position) = (fields.get("width"), fields.get("rotation"), fields.get("position"));
     let (priority, material, copies) = (fields.get("priority"), fields.get("material"), fields.get("at"));
     let (up, crystal) = (fields.get("up"), fields.get("crystal"));
+    let parts = [fields.get("object"), fields.get("hull")];
     let orientation = fields.one_of(&["optic_axis", "crystal_axes"])?;
     let form = fields.one_of(&FORMS)?;
     fields.finish()?;
     let missing = |what: &str| fields.error(format!("[[stone]] {number} needs {what}"));
     let (key, form) = form.ok_or_else(|| missing(&format!("exactly one of {}", either(&FORMS))))?;
     let material = material.ok_or_else(|| missing("'material': the name of a material"))?;
+    let width = width.map(|e| e.number("a width in mm")).transpose()?;
+    let design = match key {
+        "cut" => materials.design(&material, &form, width.unwrap_or(1.0), sources)?,
+        _ => None,
+    };
+    let mut material = design.map_or_else(|| materials.get(&material), Ok)?;
+    let selection = selection(key, &parts, &material)?;
     let (mesh, source) = match key {
         "shape" => (shape(&form, sources)?, "shape"),
-        _ => (mesh(key, &form, sources)?, form.text("the name of a file")?),
+        _ => (mesh(key, &form, &selection, sources)?, form.text("the name of a file")?),
     };
     let label = own.map_or_else(|| format!("stone {number} ({})", shown(source)), shown);
-    let mut material = materials.get(&material)?;
     if !crystal.map_or(Ok(true), |entry| entry.flag())? {
         material = Arc::new(material.isotropic());
     }
     let mut stone = Stone::new(label, mesh, material);
     stone.orientation = orientation.map(|(_, entry)| orientation_of(&entry)).transpose()?;
-    stone.width = width.map(|e| e.number("a width in mm")).transpose()?;
+    stone.width = width;
     if let Some(entry) = &up {
         stone.up = upright(entry, key)?;
     }
@@ -80,6 +89,20 @@ fn stone(
         sources.warn(stones.iter().find_map(laid_down).into_iter().collect());
     }
     Ok(stones)
+}
+
+/// `object = "gem"` and `hull = true`: what is taken of a mesh.
+fn selection(
+    form: &str,
+    [object, hull]: &[Option<Entry>; 2],
+    material: &Material,
+) -> Result<Selection, Error> {
+    if let Some(entry) = object.iter().chain(hull).next().filter(|_| form != "mesh") {
+        return Err(entry.error(format!("'{}' is for a 'mesh'; a '{form}' is one convex solid", entry.key)));
+    }
+    let name = object.as_ref().map(|e| e.text("the name of an object of the mesh file")).transpose()?;
+    let hull = hull.as_ref().map_or(Ok(false), Entry::flag)?;
+    Ok(Selection { object: name.map(str::to_owned), hull, opaque: material.is_conductor() })
 }
 
 /// `up = "y"`: the axis of a mesh's file that is the table's normal.
@@ -163,7 +186,7 @@ fn shape(entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
 }
 
 /// A solid from a file; many stones of one file share it.
-fn mesh(key: &str, entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
+fn mesh(key: &str, entry: &Entry, selection: &Selection, sources: &mut Sources) -> Result<Arc<Mesh>, Error> {
     let name = Path::new(entry.text("the name of a file")?);
     let other = if key == "cut" { import::mesh::Format::of(name).map(|_| "mesh") } else { None };
     let other = other.or_else(|| import::cut::Format::of(name).filter(|_| key == "mesh").map(|_| "cut"));
@@ -172,10 +195,49 @@ fn mesh(key: &str, entry: &Entry, sources: &mut Sources) -> Result<Arc<Mesh>, Er
     }
     match key {
         "cut" => sources.import(entry, |path, bytes| import::cut::solid(path, &bytes)),
-        _ => sources.import(entry, import::mesh::read),
+        _ => {
+            let links = links(entry, name, sources)?;
+            let open = |link: &str| {
+                let found = links.iter().find(|(known, _)| known == link);
+                found.map(|(_, bytes)| bytes.to_vec()).ok_or_else(|| "a buffer is missing".to_owned())
+            };
+            // Parts of one file are told apart, and so is a file whose buffers have changed.
+            let held: Vec<_> = links.iter().map(|(link, bytes)| (link, sha256(bytes))).collect();
+            let variant = format!("{selection:?} {held:?}");
+            let read = |path: &Path, bytes: Vec<u8>| import::mesh::read_with(path, bytes, selection, &open);
+            let text = entry.text("the name of a file")?;
+            sources.read_variant(text, &variant, read).map_err(|e| entry.error(e))
+        }
     }
 }
 
+/// The name of a file that another one names, and its bytes.
+type Link = (String, Arc<Vec<u8>>);
+
+/// The files that a glTF file names, with their bytes.
+#[cfg(feature = "formats")]
+fn links(entry: &Entry, name: &Path, sources: &mut Sources) -> Result<Vec<Link>, Error> {
+    if import::mesh::Format::of(name) != Some(import::mesh::Format::Gltf) {
+        return Ok(Vec::new());
+    }
+    let names = sources.import(entry, |path, bytes| {
+        let links = import::guarded(|| import::gltf::File::parse(&bytes)?.links());
+        Ok((links.map_err(|message| Error::file(path, message))?, Vec::new()))
+    })?;
+    let folder = name.parent().unwrap_or(Path::new(""));
+    let read = |link: &String| {
+        let path = folder.join(link);
+        let bytes = sources.read(&path.to_string_lossy(), |_, bytes| Ok((bytes, Vec::new())));
+        Ok((link.clone(), bytes.map_err(|e| entry.error(e))?))
+    };
+    names.iter().map(read).collect()
+}
+
+#[cfg(not(feature = "formats"))]
+fn links(_: &Entry, _: &Path, _: &mut Sources) -> Result<Vec<Link>, Error> {
+    Ok(Vec::new())
+}
+
 fn article(key: &str) -> &'static str {
-    if key == "cut" { "a cut (.asc, .gem, .gcs)" } else { "a mesh (.obj, .stl, .ply)" }
+    if key == "cut" { "a cut (.asc, .gem, .gcs)" } else { "a mesh (.glb, .gltf, .obj, .stl, .ply)" }
 }

@@ -5,6 +5,7 @@ use serde::de::{self, Deserializer, SeqAccess, Visitor};
 
 use super::{Axis, Catalogue, Kind, Material, named, prefixed, within};
 use crate::absorption::{Absorption, Term};
+use crate::cie::Illuminant;
 use crate::dispersion::Dispersion;
 use crate::spectrum::{Ends, Tabulated};
 use crate::{Error, Warning};
@@ -32,8 +33,10 @@ pub struct MaterialSpec {
     pub index_table: Option<Vec<[f64; 2]>>,
     /// A metal.
     pub conductor: Option<ConductorSpec>,
-    /// The colour.
+    /// The colour, by its absorption.
     pub absorption: Option<AbsorptionSpec>,
+    /// The colour, as it is seen through a thickness; in place of `absorption`.
+    pub color: Option<ColorSpec>,
     /// The extraordinary ray of a uniaxial crystal: its index and absorption; the rest of the table is then the ordinary
     /// ray's.
     pub extraordinary: Option<Box<MaterialSpec>>,
@@ -72,6 +75,16 @@ pub struct PoleSpec {
     /// Whether the numerator is λ² rather than 1.
     #[serde(default)]
     pub squared_numerator: bool,
+}
+
+/// `color = { rgb = [r, g, b], at = mm }`: see [`Absorption::showing`].
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ColorSpec {
+    /// Linear sRGB.
+    pub rgb: [f64; 3],
+    /// The thickness, mm.
+    pub at: f64,
 }
 
 /// `conductor = { table = [[nm, n, k], …] }`.
@@ -139,8 +152,14 @@ impl<'de> Deserialize<'de> for AbsorptionSpec {
     }
 }
 
-/// Gives the table of an `absorption = "FILE"`.
-type Resolve<'a> = &'a dyn Fn(&str) -> Result<Tabulated, Error>;
+/// What a description leaves to its scene.
+#[derive(Clone, Copy)]
+struct Resolve<'a> {
+    /// Gives the table of an `absorption = "FILE"`.
+    table: &'a dyn Fn(&str) -> Result<Tabulated, Error>,
+    /// The light that a `color` is seen by.
+    light: &'a Illuminant,
+}
 
 impl MaterialSpec {
     /// Checks the description and makes the material, with warnings about figures that were accepted.
@@ -157,13 +176,28 @@ impl MaterialSpec {
         name: &str,
         resolve: impl Fn(&str) -> Result<Tabulated, Error>,
     ) -> Result<(Material, Vec<Warning>), Error> {
-        self.assemble(name, &resolve).map_err(|error| within(name, error)).map(|(material, warnings)| {
-            let warnings = warnings.iter().map(|w| named(name, w)).collect();
-            (material, warnings)
-        })
+        self.build_under(&Illuminant::D65, name, resolve)
     }
 
-    fn assemble(&self, name: &str, resolve: Resolve<'_>) -> Result<(Material, Vec<Warning>), Error> {
+    /// The same in a scene whose light is another than D65, by which a `color` is seen.
+    ///
+    /// # Errors
+    /// As [`build`](Self::build).
+    pub fn build_under(
+        &self,
+        light: &Illuminant,
+        name: &str,
+        resolve: impl Fn(&str) -> Result<Tabulated, Error>,
+    ) -> Result<(Material, Vec<Warning>), Error> {
+        self.assemble(name, Resolve { table: &resolve, light }).map_err(|error| within(name, error)).map(
+            |(material, warnings)| {
+                let warnings = warnings.iter().map(|w| named(name, w)).collect();
+                (material, warnings)
+            },
+        )
+    }
+
+    fn assemble(&self, name: &str, resolve: Resolve) -> Result<(Material, Vec<Warning>), Error> {
         if let Some(principal) = &self.principal {
             return self.biaxial(name, principal, resolve);
         }
@@ -184,7 +218,7 @@ impl MaterialSpec {
         // The catalogue's sources cover only what was taken over from it.
         let taken_over = |figure: &str| match figure {
             "dispersion" => self.models().is_empty(),
-            "absorption" => self.absorption.is_none() && self.conductor.is_none(),
+            "absorption" => self.absorption.is_none() && self.color.is_none() && self.conductor.is_none(),
             "density" => self.density.is_none(),
             _ => true,
         };
@@ -218,7 +252,7 @@ impl MaterialSpec {
         &self,
         name: &str,
         principal: &[MaterialSpec],
-        resolve: Resolve<'_>,
+        resolve: Resolve,
     ) -> Result<(Material, Vec<Warning>), Error> {
         let [x, y, z] = principal else {
             let expected = "give three tables, along the crystal's axes x, y and z";
@@ -240,7 +274,7 @@ impl MaterialSpec {
     }
 
     /// The optics along one axis of a crystal.
-    fn axis(&self, what: &str, resolve: Resolve<'_>, warnings: &mut Vec<Warning>) -> Result<Axis, Error> {
+    fn axis(&self, what: &str, resolve: Resolve, warnings: &mut Vec<Warning>) -> Result<Axis, Error> {
         let other = self.like.is_some()
             || self.density.is_some()
             || self.extraordinary.is_some()
@@ -257,11 +291,17 @@ impl MaterialSpec {
         Ok(Axis { dispersion, absorption })
     }
 
-    fn absorption(&self, resolve: Resolve<'_>) -> Result<Option<Absorption>, Error> {
-        let term = match &self.absorption {
-            Some(AbsorptionSpec::Bands(bands)) => terms(bands)?,
-            Some(AbsorptionSpec::File(file)) => vec![Term::Table(resolve(file)?)],
-            None => return Ok(None),
+    fn absorption(&self, resolve: Resolve) -> Result<Option<Absorption>, Error> {
+        let term = match (&self.absorption, self.color) {
+            (Some(_), Some(_)) => {
+                return Err(Error::value("color", "given beside absorption", "give one of them only"));
+            }
+            (Some(AbsorptionSpec::Bands(bands)), None) => terms(bands)?,
+            (Some(AbsorptionSpec::File(file)), None) => vec![Term::Table((resolve.table)(file)?)],
+            (None, Some(ColorSpec { rgb, at })) => {
+                return Absorption::showing(rgb, at, resolve.light).map(Some);
+            }
+            (None, None) => return Ok(None),
         };
         Absorption::new(term).map(Some)
     }
@@ -292,9 +332,9 @@ impl MaterialSpec {
                 "give one of index, cauchy, measured, sellmeier, pole, index_table, conductor, or like",
             ));
         }
-        if self.conductor.is_some() && self.absorption.is_some() {
+        if self.conductor.is_some() && (self.absorption.is_some() || self.color.is_some()) {
             return Err(Error::value(
-                "absorption",
+                if self.color.is_some() { "color" } else { "absorption" },
                 "given",
                 "a conductor's k is its absorption; leave this out",
             ));
@@ -328,7 +368,8 @@ impl MaterialSpec {
             (None, Some(Kind::Conductor { .. })) if absorption.is_some() => {
                 let expected =
                     "the material it is like is a metal, whose k is its absorption; leave this out";
-                return Err(Error::value("absorption", "given", expected));
+                let key = if self.color.is_some() { "color" } else { "absorption" };
+                return Err(Error::value(key, "given", expected));
             }
             (None, Some(conductor)) => conductor.clone(),
             (None, None) => return Err(Error::value("index", "nothing", "say what the index is")),

@@ -35,6 +35,14 @@ pub(super) struct Fault {
     pub is_open: bool,
 }
 
+impl Fault {
+    /// The same with more in its message.
+    pub fn with(mut self, more: &str) -> Self {
+        self.message.push_str(more);
+        self
+    }
+}
+
 impl From<Fault> for Error {
     fn from(fault: Fault) -> Self {
         Error::Solid { message: fault.message, place: Some(fault.place.to_array()) }

@@ -6,7 +6,7 @@ use std::hash::{BuildHasher, Hash};
 use std::mem::take;
 
 use super::topology::{self, Fault, Joints, Surface};
-use super::{bounds, polygon};
+use super::{bounds, gap, polygon};
 use crate::{Error, Warning};
 
 /// Larger coordinates are refused, so that volumes and their differences stay within the range of `f64`.
@@ -83,18 +83,69 @@ pub(super) fn close(
     let map = join_near(&exact.positions, low, tolerance);
     let joined = map.iter().enumerate().filter(|&(k, &v)| k != v as usize).count();
     if joined == 0 {
-        return Err(error.into());
+        return mend(&exact, error, thin, extent, warnings);
     }
     let mut near = Joined::new(&exact.positions, exact.triangles, &map);
     drop((exact.positions, map));
     near.collapsed += exact.collapsed;
     near.repeated += exact.repeated;
-    let (surface, notes) = near.surface(thin, extent)?;
-    warnings.push(Warning::new(format!(
-        "{joined} vertices were joined to others within {tolerance:.2e} to close the mesh"
-    )));
-    warnings.extend(notes);
-    Ok(surface)
+    match near.surface(thin, extent) {
+        Ok((surface, notes)) => {
+            warnings.push(Warning::new(format!(
+                "{joined} vertices were joined to others within {tolerance:.2e} to close the mesh"
+            )));
+            warnings.extend(notes);
+            Ok(surface)
+        }
+        Err(error) if error.is_open => mend(&near, error, thin, extent, warnings),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// The surface with its hairline gaps closed, the widest of which a warning names; or how wide its gaps are.
+fn mend(
+    open: &Joined,
+    error: Fault,
+    thin: f64,
+    extent: f64,
+    warnings: &mut Vec<Warning>,
+) -> Result<Surface, Error> {
+    for tolerance in gap::TRIED.map(|share| share * extent) {
+        let joined = gap::joined(&open.positions, &open.triangles, tolerance);
+        let (map, mut widest) = joined.unwrap_or_else(|| ((0..open.positions.len() as u32).collect(), 0.0));
+        let mut mended = Joined::new(&open.positions, open.triangles.clone(), &map);
+        mended.collapsed += open.collapsed;
+        mended.repeated += open.repeated;
+        let mut surface = mended.surface(thin, extent);
+        if surface.as_ref().is_err_and(|error| error.is_open)
+            && let Some((stitched, apart)) = gap::stitched(&mended.positions, &mended.triangles, tolerance)
+        {
+            mended.triangles = stitched;
+            widest = widest.max(apart);
+            surface = mended.surface(thin, extent);
+        }
+        if let Ok((surface, notes)) = surface {
+            let share = 100.0 * widest / extent;
+            warnings.push(Warning::new(format!(
+                "its surface had gaps, the largest {widest:.2e} wide ({share:.2} % of its size); they were closed"
+            )));
+            warnings.extend(notes);
+            return Ok(surface);
+        }
+    }
+    let widest = gap::widest(&open.positions, &open.triangles);
+    let (share, most) = (100.0 * widest / extent, 100.0 * gap::WIDEST);
+    let apart = format!(
+        "; its largest opening is {widest:.2e} wide ({share:.2} % of its size), and gaps of up to {most} % are closed"
+    );
+    Err(error.with(if widest.is_finite() { &apart } else { "" }).into())
+}
+
+/// The triangles over joined vertices, whether or not they are closed.
+pub(super) fn loose(positions: Vec<DVec3>, triangles: Vec<[u32; 3]>) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    let map = join_exact(&positions, &triangles);
+    let Joined { positions, triangles, .. } = Joined::new(&positions, triangles, &map);
+    (positions, triangles)
 }
 
 /// Finds the first number with the same key. The hash table stores only numbers, a few bytes each.

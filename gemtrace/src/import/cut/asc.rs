@@ -36,6 +36,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
         footnotes: schedule.footnotes,
         gear: Some(schedule.gear_teeth),
         index_of_refraction: Some(schedule.refractive_index),
+        colour: None,
     };
     Ok((cut, warnings))
 }

@@ -2,7 +2,8 @@
 
 use super::Cut;
 use glam::DVec3;
-use indicatrix_formats::gcs::{self, GcsFacet, GcsTier};
+use indicatrix_formats::gcs::{self, GcsColor, GcsFacet, GcsTier};
+use spectral_core::color::srgb_decode;
 use spectral_core::cut::CutFacet;
 use spectral_core::mesh::Plane;
 use spectral_core::{Warning, shown};
@@ -45,9 +46,17 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
         title: info.title.into_iter().filter(|t| !t.is_empty()).collect(),
         footnotes: Vec::new(),
         gear: i32::try_from(design.index.gear).ok(),
-        index_of_refraction: design.render.map(|r| r.refractive_index).filter(|n| *n > 1.0),
+        index_of_refraction: design.render.as_ref().map(|r| r.refractive_index).filter(|n| *n > 1.0),
+        colour: design.render.as_ref().and_then(|r| colour(&r.color)),
     };
     Ok((cut, warnings))
+}
+
+/// The colour of a preview, encoded in sRGB; white and black, which stand for none, are none.
+fn colour(color: &GcsColor) -> Option<[f64; 3]> {
+    let encoded = [color.r, color.g, color.b];
+    let some = encoded.iter().all(|c| (0.0..=1.0).contains(c)) && encoded != [1.0; 3] && encoded != [0.0; 3];
+    some.then(|| encoded.map(srgb_decode))
 }
 
 /// The plane through the facet's own outline where it has one: normals carry more digits than the tier's

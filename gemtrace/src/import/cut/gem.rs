@@ -35,6 +35,7 @@ pub(super) fn read(bytes: &[u8]) -> Result<(Cut, Vec<Warning>), String> {
         footnotes: kept(design.footnotes),
         gear: Some(design.gear),
         index_of_refraction: index,
+        colour: None,
     };
     Ok((cut, warnings))
 }
