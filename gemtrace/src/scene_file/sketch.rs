@@ -125,6 +125,8 @@ fn material_text(text: &mut String, look: &Look, scale: f64) {
         Kind::Opaque(_) => return,
         Kind::Metal(rgb) => metal(*rgb),
         Kind::Transparent { index, abbe, colour } => {
+            // Single precision has no more digits.
+            let index = &((index * 1e6).round() / 1e6);
             let mut lines = match abbe {
                 Some(abbe) => cauchy(*index, *abbe),
                 None => format!("index = {index:?}\n"),

@@ -5,6 +5,8 @@ use spectral_core::color::{RgbSpace, bradford, rgb_to_xyz};
 
 /// Nearer chromaticities are the same: files round them.
 const SAME: f64 = 2e-3;
+/// Twice the area of a triangle of primaries that are still apart.
+const LEAST: f64 = 1e-3;
 /// Components below this share of the largest are zero but for rounding.
 const ROUNDING: f64 = 1e-6;
 
@@ -23,10 +25,12 @@ fn known(given: &Chromaticities) -> Option<RgbSpace> {
 
 /// The matrix to linear sRGB, adapted to its white by Bradford; `None` where these chromaticities span no colours.
 fn to_srgb(given: &Chromaticities) -> Option<Matrix> {
-    if let Some(space) = known(given) {
-        return Some(space.to_linear_srgb());
-    }
     let [red, green, blue, [x, y]] = *given;
+    let [along, across] = [green, blue].map(|end| [end[0] - red[0], end[1] - red[1]]);
+    let area = along[0] * across[1] - along[1] * across[0];
+    if area.abs() < LEAST || y <= 0.0 {
+        return None;
+    }
     let white = [x / y, 1.0, (1.0 - x - y) / y];
     let native = rgb_to_xyz([red, green, blue], white).ok()?;
     let adapted = product(&bradford(white, RgbSpace::Srgb.white_xyz()).ok()?, &native);
@@ -36,12 +40,21 @@ fn to_srgb(given: &Chromaticities) -> Option<Matrix> {
 
 /// Converts texels to linear sRGB; says what is wrong with chromaticities that span no colours.
 pub(super) fn convert(texels: &mut [[f32; 3]], given: &Chromaticities) -> Result<(), String> {
-    if known(given) == Some(RgbSpace::Srgb) {
-        return Ok(());
+    match known(given) {
+        Some(RgbSpace::Srgb) => Ok(()),
+        Some(space) => apply_to(texels, &space.to_linear_srgb()),
+        None => adapt(texels, given),
     }
-    let matrix = to_srgb(given).ok_or("its primaries and white span no colours")?;
+}
+
+/// The same where the white is to be white, whatever the space: our own XYZ has D65 for white all the same.
+pub(super) fn adapt(texels: &mut [[f32; 3]], given: &Chromaticities) -> Result<(), String> {
+    apply_to(texels, &to_srgb(given).ok_or("its primaries and white span no colours")?)
+}
+
+fn apply_to(texels: &mut [[f32; 3]], matrix: &Matrix) -> Result<(), String> {
     for texel in texels {
-        let rgb = apply(&matrix, texel.map(f64::from));
+        let rgb = apply(matrix, texel.map(f64::from));
         let least = ROUNDING * rgb.into_iter().fold(0.0, f64::max);
         *texel = rgb.map(|c| if c.abs() < least { 0.0 } else { c as f32 });
     }

@@ -129,7 +129,11 @@ impl Header {
                     std::array::from_fn(|c| (f64::from(texel[c]).powf(self.gamma) / self.gain[c]) as f32);
             }
         }
-        self.primaries.map_or(Ok(()), |given| chromaticity::convert(texels, &given))
+        match self.primaries {
+            Some(given) if given == XYZ => chromaticity::adapt(texels, &XYZ),
+            Some(given) => chromaticity::convert(texels, &given),
+            None => Ok(()),
+        }
     }
 
     /// Texels from the top down, each row from left to right.
