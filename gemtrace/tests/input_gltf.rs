@@ -256,7 +256,7 @@ fn damaged_files_are_errors() {
         change(&mut document);
         mesh::read(Path::new("a.glb"), glb(&document, &file.bin)).unwrap_err().to_string()
     };
-    let changes: [(&dyn Fn(&mut Value), &str); 7] = [
+    let changes: [(Change, &str); 7] = [
         (&|d| d["nodes"][1]["children"] = json!([0]), "nodes form a tree"),
         (&|d| d["accessors"][0]["count"] = json!(1_000_000), "reaches beyond its buffer"),
         (&|d| d["accessors"][1]["componentType"] = json!(5126), "indices are whole numbers"),
@@ -270,6 +270,9 @@ fn damaged_files_are_errors() {
         assert!(error.contains(message), "{message}: {error}");
     }
 }
+
+/// What is done to a document.
+type Change<'a> = &'a dyn Fn(&mut Value);
 
 /// Two meshes below one node.
 fn two() -> Vec<u8> {
