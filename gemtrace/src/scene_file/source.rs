@@ -100,6 +100,7 @@ impl Assets {
     }
 
     /// Whether shadows on a diffuse ground are coarse from now on: a frame of something that moves cannot wait for fine ones.
+    #[cfg(feature = "view")]
     pub(crate) fn shade_coarsely(&mut self, coarse: bool) {
         self.coarse = coarse;
     }
