@@ -175,7 +175,7 @@ fn finer_pixels_add_up_to_coarse_ones() {
 #[test]
 fn the_same_bits_however_the_work_is_divided() {
     let stones = || [gem("step", material("ruby")), zircon()];
-    for (backend, stone) in ways().flat_map(|way| stones().map(|stone| (way.clone(), stone))) {
+    for (backend, stone) in ways().flat_map(|way| stones().map(|stone| (way, stone))) {
         let world = scene(cameras()[2].clone(), SIZE, furnace(), vec![stone]);
         let base = RenderSettings {
             spectral: true,
