@@ -173,13 +173,13 @@ fn two_stones_are_compared_under_one_drag() {
     page.click("#swatches input[value=sapphire]");
     page.wait("document.querySelector('#tag-b').textContent.includes('Sapphire')");
     assert!(page.text("#tag-a").contains("Diamond"));
-    page.wait("document.querySelector('#difference').textContent > '0'");
+    page.wait("/^[0-9]/.test(document.querySelector('#difference').textContent)");
     let before = [pixels(&page, "#view-a"), pixels(&page, "#view-b")];
     assert_ne!(before[0], before[1]);
     let [x, y] = page.middle("#view-b");
     page.drag([x, y], [x + 40.0, y - 20.0], 0);
     page.wait("document.querySelector('#difference').textContent === '–'");
-    page.wait("document.querySelector('#difference').textContent > '0'");
+    page.wait("/^[0-9]/.test(document.querySelector('#difference').textContent)");
     let after = [pixels(&page, "#view-a"), pixels(&page, "#view-b")];
     assert!(after[0] != before[0] && after[1] != before[1], "one drag turns both");
     page.key("x", 0);
