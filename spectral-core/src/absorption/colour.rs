@@ -34,7 +34,7 @@ impl Absorption {
     /// use spectral_core::{absorption::Absorption, cie::Illuminant};
     /// let amber = Absorption::showing([0.8, 0.4, 0.1], 5.0, &Illuminant::D65)?;
     /// assert!(amber.coefficient(650.0) < amber.coefficient(450.0));
-    /// assert!(Absorption::showing([1.2, 0.4, 0.1], 5.0, &Illuminant::D65).is_err());
+    /// assert!(Absorption::showing([1.2, 1.1, 1.1], 5.0, &Illuminant::D65).is_err()); // brighter than the light
     /// # Ok::<(), spectral_core::Error>(())
     /// ```
     pub fn showing(rgb: [f64; 3], mm: f64, light: &Illuminant) -> Result<Self, Error> {

@@ -5,7 +5,7 @@ use crate::reference::{Light, crystal::Mode};
 use glam::DVec3;
 use spectral_core::{
     beam::{Pencil, Piece, Polygon, Vectors},
-    crystal::{Crystal, Incidence, Wave, from_mode, into_mode, reflected},
+    crystal::{Crystal, Form, Incidence, Wave, from_mode, into_mode, reflected},
     lattice::{CHOICES, MULTIPLIER, chosen, order},
     stokes::{StokesRow, align, any_axis},
 };
@@ -49,13 +49,13 @@ impl Follower<'_, '_> {
     /// Where a beam meets a facet from within: lists what is reflected; returns the radiance of what leaves. `there` are its rays
     /// at the facet.
     pub(super) fn leave_crystal(&mut self, beam: &Beam, there: &Pencil, normal: DVec3, distance: f64) -> f64 {
-        let (Carried::Mode { weight, vectors, .. }, Some((crystal, coefficients))) =
+        let (Carried::Mode { weight, sheet, vectors }, Some((crystal, coefficients))) =
             (beam.carried, self.crystal())
         else {
             return 0.0;
         };
         let at = Incidence::new(vectors.vector.to_array(), normal.to_array());
-        let Some(wave) = crystal.incident(vectors.vector.to_array(), &at) else {
+        let Some(wave) = incident(&crystal, sheet, &vectors, &at) else {
             self.walk.energy.lost += weight;
             return 0.0;
         };
@@ -97,5 +97,13 @@ impl Follower<'_, '_> {
             let carried = Carried::Mode { weight, sheet, vectors };
             self.go_on(Beam { pencil, polygon: *from.polygon, carried, depth: from.depth, choice });
         }
+    }
+}
+
+/// The wave of these wave vectors. On a uniaxial crystal's axis both of its waves have the same N.
+fn incident(crystal: &Crystal, sheet: usize, vectors: &Vectors, at: &Incidence) -> Option<Wave> {
+    match crystal.form() {
+        Form::Uniaxial(_) => Some(crystal.waves(at.q(), at.normal, 1.0)[sheet]).filter(Wave::propagates),
+        Form::Biaxial(_) => crystal.incident(vectors.vector.to_array(), at),
     }
 }
