@@ -18,7 +18,7 @@ const ROUNDING: f64 = 1e-6;
 /// use spectral_core::{color::RgbSpace, upsample::Gamut};
 /// let mut gamut = Gamut::new(RgbSpace::Rec2020);
 /// let [r, g, b] = gamut.convert([0.0, 1.0, 0.0]); // a green beyond sRGB
-/// assert!(r < 1e-3 && g > 0.9 && b > 0.0 && gamut.clipped() == 1, "{r} {g} {b}");
+/// assert!(r < 1e-3 && g > 0.8 && b > 0.0 && gamut.clipped() == 1);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gamut {
