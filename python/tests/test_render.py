@@ -64,8 +64,10 @@ def test_a_callback_may_render(long: gemtrace.Scene) -> None:
 
 
 def test_ctrl_c_keeps_what_is_finished(tmp_path: Path) -> None:
+    # A shell that runs the tests in the background has its programs ignore the signal.
     code = f"""
-import gemtrace
+import gemtrace, signal
+signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = gemtrace.Scene(camera={{"position": (3, -11, 28), "look_at": (0, 0, 0)}}, film={{"width": 512, "height": 512}},
     stones=[{{"shape": "round-brilliant", "width": 6.5, "material": "ruby"}}], render={LONG!r})
 print("ready", flush=True)

@@ -88,4 +88,6 @@ def test_turning_saves_what_it_saves_in_the_library() -> None:
         f"\n360 turns: library {library_turned:.3f} s turned and {library_fresh:.3f} s fresh, a share of"
         f" {library_turned / library_fresh:.3f}; package {turned_:.3f} s and {fresh_:.3f} s, {turned_ / fresh_:.3f}"
     )
-    assert turned_ / fresh_ <= 1.10 * library_turned / library_fresh
+    # Each pair was timed in turn, so that the load of the machine is the same for both.
+    assert turned_ / library_turned <= 1.10 and fresh_ / library_fresh <= 1.10
+    assert turned_ < fresh_
