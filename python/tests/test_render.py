@@ -85,7 +85,10 @@ except KeyboardInterrupt as stopped:
     time.sleep(3.0)
     sent = time.monotonic()
     os.kill(process.pid, signal.SIGINT)
-    out, _ = process.communicate(timeout=60)
+    try:
+        out, _ = process.communicate(timeout=60)
+    finally:
+        process.kill()
     assert (out, process.returncode) == ("kept\n", 0) and (tmp_path / "part.png").exists()
     assert time.monotonic() - sent < 30.0
 

@@ -150,8 +150,9 @@ pub fn power(event: u32) -> u32 {
     product
 }
 
-/// By what the part of a beam chooses that is cut off at a facet's side of this number, in place of `order`·aᵉ: parts of a beam have
-/// different choices, a golden section of all apart, whatever else has been cut off.
+/// The place of the choices of a part of a beam, from `place`, that of the whole beam (`order`·aᵉ in [`choice`]). `side` is the number of
+/// the facet's side beyond which the part lies. So parts choose differently, and what a part chooses does not depend on the other
+/// parts. Two sides are the golden section of all places apart.
 pub fn part(place: u32, side: usize) -> u32 {
     const STEP: usize = 36_494;
     (place + ((side + 1) * STEP % CHOICES as usize) as u32) % CHOICES

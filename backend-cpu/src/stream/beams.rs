@@ -72,7 +72,7 @@ pub(super) struct Beams<'a, V: Lanes> {
 }
 
 /// Where beams go on from: their rays, and the derivatives of their places and of their wave vectors there.
-struct From<'b, V> {
+struct Start<'b, V> {
     ray: &'b Ray<V>,
     normal: Triple<V>,
     origin_by: [Triple<V>; 2],
@@ -273,7 +273,7 @@ impl<'a, V: Lanes> Beams<'a, V> {
         self.events.deliver(&packet.place, ray.radiance, packet.alive);
         ray.radiance = V::splat(0.0);
         let beams = &self.batch[k * WIDTH..];
-        let from = From {
+        let from = Start {
             ray: &ray,
             normal: exit.normal,
             origin_by,
@@ -347,7 +347,7 @@ impl<'a, V: Lanes> Beams<'a, V> {
                 half.0[lane] = reach(polygon, axis);
             }
         }
-        let from = From {
+        let from = Start {
             ray: &ray,
             normal,
             origin_by: [Triple::load(&arrivals.origin_by[0]), Triple::load(&arrivals.origin_by[1])],
@@ -365,7 +365,7 @@ fn send_on<V: Lanes>(
     events: &mut Events<'_, V>,
     waiting: &mut Vec<Beam>,
     split: f64,
-    from: &From<'_, V>,
+    from: &Start<'_, V>,
     modes: &[Mode<V>; 2],
     lanes: u16,
     rows: &Gathered,
@@ -392,7 +392,7 @@ fn send_on<V: Lanes>(
     }
 }
 
-impl<V: Lanes> From<'_, V> {
+impl<V: Lanes> Start<'_, V> {
     /// A derivative of the wave vector that goes with a ray: what is tangential stays.
     #[inline(always)]
     fn sent(&self, k: usize, ray: Triple<V>, steep: V) -> Triple<V> {
@@ -405,7 +405,7 @@ impl<V: Lanes> From<'_, V> {
 #[inline(always)]
 fn push<V: Lanes>(
     waiting: &mut Vec<Beam>,
-    from: &From<'_, V>,
+    from: &Start<'_, V>,
     ray: &Ray<V>,
     by: [[Triple<V>; 2]; 3],
     mut lanes: u16,

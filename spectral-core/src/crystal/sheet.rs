@@ -8,8 +8,8 @@ use crate::color::matrix::dot;
 const FROM_AXIS: f64 = 1e-3;
 
 impl Crystal {
-    /// The sheet that a wave is on, which [`waves`](Self::waves) has listed at this place: 0 that of the ordinary wave or of the
-    /// smaller index, 1 the other.
+    /// The sheet of a wave: 0 for the ordinary wave or the smaller index, 1 for the other. `place` is its place in the list of
+    /// [`waves`](Self::waves), which decides for a uniaxial crystal.
     pub fn sheet(&self, place: usize, wave: &Wave) -> usize {
         match self.form() {
             Form::Uniaxial(_) => place,
@@ -21,7 +21,8 @@ impl Crystal {
         }
     }
 
-    /// ½∇G of a sheet G(N) = 1 at N, for G homogeneous of degree 2: along the ray, and N·½∇G = G.
+    /// ½∇G of a sheet G(N) = 1 at the wave vector N = k/k₀. It is along the ray, and N·½∇G = G, since G is homogeneous of degree 2
+    /// (Born & Wolf, *Principles of Optics*, §15.2–3):
     ///
     /// ```text
     /// ordinary   G = N²/ε_o                extraordinary   G = N·εN/(ε_o ε_e)
@@ -31,7 +32,8 @@ impl Crystal {
         self.turned(sheet, vector, vector).0
     }
 
-    /// How the ray of a wave vector N of a sheet turns as N changes by `by`: the derivative of its unit vector.
+    /// How the ray of a wave vector N of a sheet turns as N changes by `by`: the derivative of its unit vector, per unit of `by`.
+    /// Within 10⁻³ of an optic axis of a biaxial crystal it is that at this distance: on the axis there is none.
     ///
     /// ```
     /// use spectral_core::crystal::Crystal;

@@ -10,8 +10,8 @@ use spectral_core::{
     stokes::{StokesRow, align, any_axis},
 };
 
-/// From what an event at a surface sends on the modes of a crystal.
-struct From<'a> {
+/// Where the modes begin that an event at a surface sends on.
+struct Start<'a> {
     /// The rays there, and their wave vectors on this side.
     pencil: &'a Pencil,
     vectors: &'a Vectors,
@@ -40,7 +40,7 @@ impl Follower<'_, '_> {
         let [s, p] = at.enter(1.0, &on);
         let weights = [0, 1].map(|j| into_mode(row, [s.on[j], p.on[j]]));
         let (pencil, polygon, choice) = (&piece.pencil, &piece.polygon, order(self.walk.sample));
-        let from = From { pencil, vectors: &Vectors::in_air(pencil), normal, polygon, depth: 1, choice };
+        let from = Start { pencil, vectors: &Vectors::in_air(pencil), normal, polygon, depth: 1, choice };
         self.go_on_as_modes(&from, weights, &on);
         self.walk.rays += 2;
         self.walk.light(origin, direction.reflect(normal)) * reflected(row, [s.back, p.back]).intensity()
@@ -67,7 +67,7 @@ impl Follower<'_, '_> {
         let out = at.leave(&wave, &back, [1.0, 0.0]);
         let weights = out.back.map(|a| weight * a.norm_sqr());
         let (polygon, depth) = (&beam.polygon, beam.depth + 1);
-        let from = From { pencil: there, vectors: &vectors, normal, polygon, depth, choice: beam.choice };
+        let from = Start { pencil: there, vectors: &vectors, normal, polygon, depth, choice: beam.choice };
         self.go_on_as_modes(&from, weights, &back);
         let cos2 = 1.0 - at.tangential * at.tangential;
         if cos2 <= 0.0 {
@@ -80,7 +80,7 @@ impl Follower<'_, '_> {
 
     /// Lists two modes. If one carries less than the limit only one of them is followed, with the weight of both: each is chosen
     /// in proportion to its weight.
-    fn go_on_as_modes(&mut self, from: &From<'_>, mut weights: [f64; 2], waves: &[Wave; 2]) {
+    fn go_on_as_modes(&mut self, from: &Start<'_>, mut weights: [f64; 2], waves: &[Wave; 2]) {
         let Some((crystal, _)) = self.crystal() else { return };
         let [first, second] = weights;
         if first.min(second) < self.limits.choice {
